@@ -10,6 +10,7 @@ pub const PATIENCE: Duration = Duration::from_secs(600);
 
 pub mod browser;
 pub mod desk;
+mod ended;
 pub mod line;
 pub mod networks;
 pub mod process;

@@ -136,4 +136,6 @@ pub fn is_file(text: &str) -> bool {
 }
 
 #[cfg(test)]
+mod error_tests;
+#[cfg(test)]
 mod tests;

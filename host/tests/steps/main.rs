@@ -9,6 +9,7 @@ mod formats;
 #[path = "../../core/tests/estimator/hidden/mod.rs"]
 mod hidden;
 mod identify;
+mod joint_fits;
 mod large_swings;
 mod model;
 mod orders;

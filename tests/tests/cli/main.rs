@@ -6,6 +6,7 @@ mod campaign;
 mod condition;
 mod demo;
 mod devices;
+mod diagnose;
 mod doctor;
 mod doubts;
 mod export;

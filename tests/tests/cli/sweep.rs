@@ -82,13 +82,34 @@ fn settings_group_the_derivatives() {
         assert!((ratio * 1.1 - 1.0).abs() < 1e-9, "{ratio}");
     }
 
-    // By temperature, pressure and a Pitot tube: dry air at 15 deg C and 101 325 Pa has 1.22499 kg/m3.
+    air_and_wind_are_known_by_gauges(folder, &low);
+    tables_are_grouped(folder);
+
+    // A wind-off release at one setting is no reference at another.
+    let text = std::fs::read_to_string(folder.join("both.toml")).expect("it");
+    let off = "file = \"K5-off.csv\"\nspring = \"K5\"\naxis = \"mid\"\nwind_speed_m_s = 0.0\n";
+    let spoilt = text.replace(off, &format!("{off}at = {{ wing = \"low\" }}\n"));
+    assert_ne!(text, spoilt);
+    std::fs::write(folder.join("both.toml"), spoilt).expect("room");
+    run(folder, "derivatives both.toml").exits(3).says("K5-high.csv").says("wing high");
+
+    one_report_stands_beside_another(folder, &low);
+    run(folder, "report both.toml --out b.html --xlsx b.xlsx").exits(3);
+    std::fs::write(folder.join("both.toml"), &text).expect("room");
+    run(folder, "report both.toml --out b.html --xlsx b.xlsx").exits(0);
+    run(folder, "report both.toml --out c.html --xlsx b.xlsx").exits(2).says("b.xlsx");
+    the_workbook_holds(folder, &both);
+    run(folder, "report K3-off.csv --beside low.toml --out r.html").exits(2).says("--beside");
+}
+
+/// By temperature, pressure and a Pitot tube: dry air at 15 deg C and 101 325 Pa has 1.22499 kg/m3.
+fn air_and_wind_are_known_by_gauges(folder: &Path, low: &[Value]) {
     let by_gauges = std::fs::read_to_string(folder.join("low.toml"))
         .expect("it")
         .replace("density_kg_m3 = 1.2\n", "temperature_deg_c = 15.0\npressure_pa = 101325\n")
         .replace("wind_speed_m_s = 10.0", "dynamic_pressure_pa = 61.2495");
     std::fs::write(folder.join("gauges.toml"), &by_gauges).expect("room");
-    for (gauge, low) in points(folder, "gauges.toml").iter().zip(&low) {
+    for (gauge, low) in points(folder, "gauges.toml").iter().zip(low) {
         let speed = gauge["wind_speed_m_s"].as_f64().expect("a speed");
         assert!((speed - 10.0).abs() < 1e-4, "{speed}");
         let ratio = cn_beta(gauge) / cn_beta(low) * 1.22499 / 1.2;
@@ -104,7 +125,9 @@ fn settings_group_the_derivatives() {
         std::fs::write(folder.join("twice.toml"), twice).expect("room");
         run(folder, "derivatives twice.toml").exits(3).says(says).says("line 22");
     }
+}
 
+fn tables_are_grouped(folder: &Path) {
     let text = run(folder, "derivatives both.toml").exits(0).stdout;
     assert!(text.contains("At ride_height_mm 40, wing high:"), "{text}");
     let csv = run(folder, "derivatives both.toml --csv").exits(0).stdout;
@@ -119,16 +142,10 @@ fn settings_group_the_derivatives() {
     assert_eq!(markdown.lines().nth(1), Some("|---|---|---|---:|---:|---:|---:|---:|---:|"));
     assert!(markdown.lines().nth(2).is_some_and(|l| l.starts_with("| 40 | low | K3 | 10.00 |")));
     run(folder, "derivatives both.toml --table latex --csv").exits(2);
+}
 
-    // A wind-off release at one setting is no reference at another.
-    let text = std::fs::read_to_string(folder.join("both.toml")).expect("it");
-    let off = "file = \"K5-off.csv\"\nspring = \"K5\"\naxis = \"mid\"\nwind_speed_m_s = 0.0\n";
-    let spoilt = text.replace(off, &format!("{off}at = {{ wing = \"low\" }}\n"));
-    assert_ne!(text, spoilt);
-    std::fs::write(folder.join("both.toml"), spoilt).expect("room");
-    run(folder, "derivatives both.toml").exits(3).says("K5-high.csv").says("wing high");
-
-    // Beside each other, from the file and from a report that was made of it.
+/// From the file and from a report that was made of it.
+fn one_report_stands_beside_another(folder: &Path, low: &[Value]) {
     run(folder, "report low.toml --out low.html").exits(0);
     for other in ["low.toml", "low.html"] {
         run(folder, &format!("report high.toml --beside {other} --out high.html --force")).exits(0);
@@ -138,10 +155,9 @@ fn settings_group_the_derivatives() {
         let page = std::fs::read_to_string(folder.join("high.html")).expect("a page");
         assert!(page.contains(&format!("<h3>Beside A_1 &amp; co ({other})</h3>")), "{other}");
     }
-    run(folder, "report both.toml --out b.html --xlsx b.xlsx").exits(3);
-    std::fs::write(folder.join("both.toml"), &text).expect("room");
-    run(folder, "report both.toml --out b.html --xlsx b.xlsx").exits(0);
-    run(folder, "report both.toml --out c.html --xlsx b.xlsx").exits(2).says("b.xlsx");
+}
+
+fn the_workbook_holds(folder: &Path, both: &[Value]) {
     let mut book: calamine::Xlsx<_> =
         calamine::open_workbook(folder.join("b.xlsx")).expect("a workbook");
     assert_eq!(book.sheet_names(), ["about", "derivatives", "budget", "releases"]);
@@ -150,7 +166,7 @@ fn settings_group_the_derivatives() {
     assert_eq!(rows.len(), 1 + both.len());
     assert_eq!((&rows[0][3], &rows[0][4]), (&"ride_height_mm".into(), &"wing".into()));
     let of = |row: &[calamine::Data]| (row[0].to_string(), row[4].to_string(), row[5].get_float());
-    for (row, point) in rows[1..].iter().zip(&both) {
+    for (row, point) in rows[1..].iter().zip(both) {
         let (spring, wing, value) = of(row);
         assert_eq!(
             (point["spring"].as_str(), point["at"]["wing"].as_str()),
@@ -161,5 +177,4 @@ fn settings_group_the_derivatives() {
     let about = book.worksheet_range("about").expect("its sheet");
     assert!(about.rows().any(|row| row[1] == *"A_1 & co"));
     assert!(about.rows().any(|row| row[1] == *"rig.spring_arm_u_m"));
-    run(folder, "report K3-off.csv --beside low.toml --out r.html").exits(2).says("--beside");
 }

@@ -4,6 +4,10 @@
 //!
 //! The motion is integrated and the sensor read by the virtual rig; the fault comes on top.
 
+mod case;
 mod cases;
 mod faults;
+mod line;
+mod model;
+mod sensor;
 mod table;

@@ -1,6 +1,7 @@
 //! Plays the cases and judges what the device says.
 
-use crate::cases::{cases, Case, Must};
+use crate::case::{Case, Must};
+use crate::cases::cases;
 use crate::faults::{Given, Signal};
 use rayon::prelude::*;
 use std::collections::BTreeSet;

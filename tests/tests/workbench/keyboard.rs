@@ -18,33 +18,7 @@ fn the_loop_with_keys_alone() {
     browser.wait(&status("structured"));
     browser.wait("document.querySelectorAll('.badge.pending').length === 0");
 
-    // From the top left to the bottom right, each seen.
-    browser.value("document.activeElement.blur()");
-    let mut order = Vec::new();
-    for _ in 0..60 {
-        browser.key("Tab");
-        let focus = browser.value(FOCUS);
-        let name = focus[0].as_str().unwrap_or("").to_owned();
-        if name.is_empty() || order.contains(&name) {
-            break;
-        }
-        assert_eq!(focus[1], true, "the focus on {name} is not seen");
-        order.push(name);
-    }
-    println!("{}", order.join(", "));
-    let at = |name: &str| {
-        order.iter().position(|n| n == name).unwrap_or_else(|| panic!("{name}: {order:?}"))
-    };
-    let path = [
-        "help-button",
-        "name-0",
-        "fit-0",
-        "fit-button",
-        "panel-overlay",
-        "tab-effects",
-        "diagnose-button",
-    ];
-    assert!(path.windows(2).all(|pair| at(pair[0]) < at(pair[1])), "{order:?}");
+    everything_is_come_to_in_order(&mut browser);
 
     // The list of keys.
     browser.value("document.activeElement.blur()");
@@ -96,4 +70,34 @@ fn the_loop_with_keys_alone() {
     browser.wait("document.querySelectorAll('#steps button').length === 3");
     browser.wait(&status("structured"));
     browser.is_clean(&bench.origin);
+}
+
+/// From the top left to the bottom right, each seen.
+fn everything_is_come_to_in_order(browser: &mut Browser) {
+    browser.value("document.activeElement.blur()");
+    let mut order = Vec::new();
+    for _ in 0..60 {
+        browser.key("Tab");
+        let focus = browser.value(FOCUS);
+        let name = focus[0].as_str().unwrap_or("").to_owned();
+        if name.is_empty() || order.contains(&name) {
+            break;
+        }
+        assert_eq!(focus[1], true, "the focus on {name} is not seen");
+        order.push(name);
+    }
+    println!("{}", order.join(", "));
+    let at = |name: &str| {
+        order.iter().position(|n| n == name).unwrap_or_else(|| panic!("{name}: {order:?}"))
+    };
+    let path = [
+        "help-button",
+        "name-0",
+        "fit-0",
+        "fit-button",
+        "panel-overlay",
+        "tab-effects",
+        "diagnose-button",
+    ];
+    assert!(path.windows(2).all(|pair| at(pair[0]) < at(pair[1])), "{order:?}");
 }

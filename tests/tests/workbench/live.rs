@@ -151,35 +151,8 @@ fn a_campaign_is_measured_through_the_page() {
     assert_eq!(rows[0][0], "K8 front, 10 m/s");
     let panel = "(() => { const e = document.querySelector('#measure-panel'); return e.scrollWidth - e.clientWidth; })()";
     assert_eq!(browser.value(panel), 0);
-    // What it began with, in its own record.
-    let log =
-        std::fs::read_dir(bench.path("recordings/plan-campaign")).expect("a folder").flatten();
-    let log =
-        log.map(|entry| entry.path()).find(|file| file.extension().is_some_and(|e| e == "jsonl"));
-    let log = std::fs::read_to_string(log.expect("a log")).expect("a log");
-    let lines = log.lines().map(|line| serde_json::from_str::<Value>(line).expect("JSON"));
-    let first = lines.into_iter().find(|line| line["event"] == "condition").expect("a condition");
-    assert_eq!(
-        (&first["spring"], &first["wind_speed_m_s"]),
-        (&json!("K1"), &json!(0.0)),
-        "{first}"
-    );
-    let truth = Rig::default();
-    for row in rows.as_array().expect("rows") {
-        println!("{row}");
-        let [condition, cn_beta, cn_r] = [0, 1, 2].map(|at| row[at].as_str().expect("a cell"));
-        let mut words = condition.split([' ', ',']);
-        let mut word = || words.next().unwrap_or_else(|| panic!("{row}"));
-        let spring = Spring::named(word()).expect("a spring");
-        let axis: Axis = word().parse().expect("an axis");
-        let value = |cell: &str| {
-            let text = cell.replace('−', "-");
-            text.split(' ').next().expect("a value").parse::<f64>().expect("a number")
-        };
-        let planted = truth.derivatives(&spring, axis);
-        assert!((value(cn_beta) / planted.cn_beta - 1.0).abs() < 1e-3, "{row}");
-        assert!((value(cn_r) / planted.cn_r - 1.0).abs() < 5e-3, "{row}");
-    }
+    its_record_begins_with_the_first_condition(&bench);
+    the_derivatives_are_those_planted(&rows);
     // What cannot be is said, and nothing is begun. The rig rests: nothing else comes to the log.
     let next = browser.text("#measure-next");
     browser.fill("#measure-file", "nothing.toml");
@@ -204,4 +177,38 @@ fn a_campaign_is_measured_through_the_page() {
     browser.is_clean(&bench.origin);
     let table = "derivatives recordings/plan-campaign/campaign.toml";
     yawrig(table).in_folder(bench.folder.path()).run().exits(0);
+}
+
+fn its_record_begins_with_the_first_condition(bench: &Bench) {
+    let log =
+        std::fs::read_dir(bench.path("recordings/plan-campaign")).expect("a folder").flatten();
+    let log =
+        log.map(|entry| entry.path()).find(|file| file.extension().is_some_and(|e| e == "jsonl"));
+    let log = std::fs::read_to_string(log.expect("a log")).expect("a log");
+    let lines = log.lines().map(|line| serde_json::from_str::<Value>(line).expect("JSON"));
+    let first = lines.into_iter().find(|line| line["event"] == "condition").expect("a condition");
+    assert_eq!(
+        (&first["spring"], &first["wind_speed_m_s"]),
+        (&json!("K1"), &json!(0.0)),
+        "{first}"
+    );
+}
+
+fn the_derivatives_are_those_planted(rows: &Value) {
+    let truth = Rig::default();
+    for row in rows.as_array().expect("rows") {
+        println!("{row}");
+        let [condition, cn_beta, cn_r] = [0, 1, 2].map(|at| row[at].as_str().expect("a cell"));
+        let mut words = condition.split([' ', ',']);
+        let mut word = || words.next().unwrap_or_else(|| panic!("{row}"));
+        let spring = Spring::named(word()).expect("a spring");
+        let axis: Axis = word().parse().expect("an axis");
+        let value = |cell: &str| {
+            let text = cell.replace('−', "-");
+            text.split(' ').next().expect("a value").parse::<f64>().expect("a number")
+        };
+        let planted = truth.derivatives(&spring, axis);
+        assert!((value(cn_beta) / planted.cn_beta - 1.0).abs() < 1e-3, "{row}");
+        assert!((value(cn_r) / planted.cn_r - 1.0).abs() < 5e-3, "{row}");
+    }
 }

@@ -74,7 +74,24 @@ fn the_loop_by_hand() {
     browser.wait(&steps_are(4));
     browser.wait(IS_STRUCTURED);
 
-    // An own effect: wrong, with the error under its character, then right.
+    an_own_effect_is_written(&bench, &mut browser);
+
+    // The command line goes on from there.
+    let history = yawrig("history --json").in_folder(bench.folder.path()).run().exits(0).json();
+    let done: Vec<&str> = history["steps"]
+        .as_array()
+        .expect("steps")
+        .iter()
+        .filter_map(|s| s["action"].as_str())
+        .collect();
+    assert_eq!(done, ["fit", "add", "reject", "return", "add"]);
+    assert_eq!(history["edited"], false);
+    yawrig("compare --json").in_folder(bench.folder.path()).run().exits(0);
+    browser.is_clean(&bench.origin);
+}
+
+/// An own effect: wrong, with the error under its character, then right.
+fn an_own_effect_is_written(bench: &Bench, browser: &mut Browser) {
     browser.click("#tab-own");
     browser.fill("[data-field=moment]", "-c * sgn(r)");
     browser.wait("!document.querySelector('#own-error').hidden");
@@ -91,22 +108,9 @@ fn the_loop_by_hand() {
     browser.click("#own-add");
     browser.wait(&steps_are(5));
     browser.wait(IS_ADEQUATE);
-    let stairs = steps(&mut browser);
+    let stairs = steps(browser);
     assert!(stairs[3] > 2.0 * stairs[4] && stairs[4] < 1.1, "{stairs:?}");
     assert!(bench.text("model.toml").contains("my_effect"));
-
-    // The command line goes on from there.
-    let history = yawrig("history --json").in_folder(bench.folder.path()).run().exits(0).json();
-    let done: Vec<&str> = history["steps"]
-        .as_array()
-        .expect("steps")
-        .iter()
-        .filter_map(|s| s["action"].as_str())
-        .collect();
-    assert_eq!(done, ["fit", "add", "reject", "return", "add"]);
-    assert_eq!(history["edited"], false);
-    yawrig("compare --json").in_folder(bench.folder.path()).run().exits(0);
-    browser.is_clean(&bench.origin);
 }
 
 /// The model is the one that the commands make, and the journal tells the same.

@@ -56,63 +56,20 @@ fn replay(state: &Value) -> Value {
     state["live"]["replay"].clone()
 }
 
+/// What the page holds of one kind.
+fn lines(live: &Value, kind: &str) -> Vec<Value> {
+    let all = live["lines"].as_array().expect("lines").iter();
+    all.filter(|line| line["event"] == kind).cloned().collect()
+}
+
 #[test]
 fn a_session_is_listed_played_and_gone_through() {
     let bench = Bench::start_in(recorded(), "");
     let folder = bench.folder.path().to_owned();
     let (first_s, last_s, count) = trace(&folder);
 
-    // An older one that was never ended and one of a campaign that is damaged, newest first; other logs are
-    // none.
-    let inside = folder.join("recordings");
-    let of_rig = inside.join("rig");
-    std::fs::create_dir_all(&of_rig).expect("room");
-    let log = std::fs::read_to_string(folder.join("session.jsonl")).expect("a log");
-    let begun = log.lines().next().expect("a line");
-    let old = begun.replacen("\"started\":\"202", "\"started\":\"201", 1);
-    std::fs::write(inside.join("old.jsonl"), format!("{old}\n")).expect("room");
-    let rows = "time_s,yaw_deg\n1.000,0.5\n1.001,0.5\n1.002,0";
-    std::fs::write(inside.join("old.csv.partial"), rows).expect("room");
-    std::fs::write(of_rig.join("torn.jsonl"), format!("{old}\nnothing\n")).expect("room");
-    std::fs::write(of_rig.join("torn.csv"), "time_s,yaw_deg\n0.000,1.0\n").expect("room");
-    std::fs::write(folder.join("results.jsonl"), "{\"file\":\"a.csv\"}\n").expect("room");
-    std::fs::write(folder.join("named-alike.jsonl"), "{\"file\":\"a.csv\"}\n").expect("room");
-    std::fs::write(folder.join("named-alike.csv"), rows).expect("room");
-    let listed = bench.get("/api/sessions")["sessions"].clone();
-    let names: Vec<&str> = listed
-        .as_array()
-        .expect("a list")
-        .iter()
-        .map(|s| s["session"].as_str().expect("a name"))
-        .collect();
-    assert_eq!(names, ["session", "recordings/rig/torn", "recordings/old"], "{listed:#}");
-    let whole_s = last_s - first_s + 1e-3;
-    assert!((listed[0]["duration_s"].as_f64().expect("s") - whole_s).abs() < 1e-6, "{listed:#}");
-    let about = |k: usize| {
-        ["releases", "marks", "is_finished", "is_damaged"].map(|key| listed[k][key].clone())
-    };
-    assert_eq!(about(0), [json!(2), json!(1), json!(true), json!(false)]);
-    assert_eq!(about(1), [json!(0), json!(0), json!(true), json!(true)]);
-    assert_eq!(about(2), [json!(0), json!(0), json!(false), json!(false)]);
-
-    // What cannot be shown is said, and nothing else is.
-    let refused = |session: &str| {
-        let (status, answer) = bench.act(&json!({"do": "replay", "session": session}));
-        assert_eq!(status, 409, "{session}");
-        assert!(!answer["error"]["help"].as_str().expect("help").is_empty(), "{answer}");
-        answer["error"]["message"].as_str().expect("why").to_owned()
-    };
-    assert!(refused("recordings/rig/torn").contains("torn.jsonl, line 2"));
-    assert!(refused("recordings/gone").contains("gone.jsonl"));
-    std::fs::remove_file(of_rig.join("torn.csv")).expect("it is there");
-    assert!(refused("recordings/rig/torn").contains("torn.csv: the trace"));
-    std::fs::write(of_rig.join("torn.jsonl"), format!("{old}\n")).expect("room");
-    std::fs::write(of_rig.join("torn.csv"), "time_s,yaw_deg\n0.500,1.0\n0.400,1.0\n")
-        .expect("room");
-    let said = refused("recordings/rig/torn");
-    assert!(said.contains("torn.csv, line 3") && said.contains("backwards"), "{said}");
-    let (_, none) = bench.act(&json!({"do": "play"}));
-    assert!(none["error"]["message"].as_str().expect("why").contains("no device"), "{none}");
+    the_older_ones_are_listed(&bench, last_s - first_s + 1e-3);
+    what_cannot_be_shown_is_said(&bench);
 
     // Played to its end: all that is in it.
     let go = |what: Value| assert_eq!(bench.act(&what).0, 200, "{what}");
@@ -127,26 +84,7 @@ fn a_session_is_listed_played_and_gone_through() {
     bench.wait("its end", |state| replay(state)["is_playing"] == false);
     let whole = bench.get("/api/live");
     assert_eq!(whole["samples"], count);
-    let lines = |live: &Value, kind: &str| -> Vec<Value> {
-        let all = live["lines"].as_array().expect("lines").iter();
-        all.filter(|line| line["event"] == kind).cloned().collect()
-    };
-    for kind in ["window", "release", "refined", "mark", "record", "device"] {
-        let (there, here) = (logged(&folder, kind), lines(&whole, kind));
-        assert!(!there.is_empty(), "{kind}");
-        assert_eq!(there.len(), here.len(), "{kind}");
-        for (mut there, mut here) in there.into_iter().zip(here) {
-            // Its own text is part of the line's.
-            if let Some(note) = there.as_object_mut().and_then(|line| line.remove("text")) {
-                let line = here["text"].as_str().expect("a text");
-                assert!(line.ends_with(note.as_str().expect("a note")), "{line}");
-            }
-            for own in ["text", "number"] {
-                here.as_object_mut().expect("a line").remove(own).expect(own);
-            }
-            assert_eq!(there, here);
-        }
-    }
+    all_that_was_logged_is_shown(&folder, &whole);
 
     // To the mark: what was before, and not what comes after.
     let places = whole["places"].as_array().expect("places");
@@ -177,6 +115,83 @@ fn a_session_is_listed_played_and_gone_through() {
     bench.wait("the beginning", |s| replay(s)["at_s"] == replay(s)["from_s"]);
     go(json!({"do": "disconnect"}));
     bench.wait("it is left", |s| replay(s).is_null());
+}
+
+/// One never ended and one of a campaign that is damaged, newest first; other logs are none.
+fn the_older_ones_are_listed(bench: &Bench, whole_s: f64) {
+    let folder = bench.folder.path();
+    let inside = folder.join("recordings");
+    let of_rig = inside.join("rig");
+    std::fs::create_dir_all(&of_rig).expect("room");
+    let log = std::fs::read_to_string(folder.join("session.jsonl")).expect("a log");
+    let begun = log.lines().next().expect("a line");
+    let old = begun.replacen("\"started\":\"202", "\"started\":\"201", 1);
+    std::fs::write(inside.join("old.jsonl"), format!("{old}\n")).expect("room");
+    let rows = "time_s,yaw_deg\n1.000,0.5\n1.001,0.5\n1.002,0";
+    std::fs::write(inside.join("old.csv.partial"), rows).expect("room");
+    std::fs::write(of_rig.join("torn.jsonl"), format!("{old}\nnothing\n")).expect("room");
+    std::fs::write(of_rig.join("torn.csv"), "time_s,yaw_deg\n0.000,1.0\n").expect("room");
+    std::fs::write(folder.join("results.jsonl"), "{\"file\":\"a.csv\"}\n").expect("room");
+    std::fs::write(folder.join("named-alike.jsonl"), "{\"file\":\"a.csv\"}\n").expect("room");
+    std::fs::write(folder.join("named-alike.csv"), rows).expect("room");
+    let listed = bench.get("/api/sessions")["sessions"].clone();
+    let names: Vec<&str> = listed
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|s| s["session"].as_str().expect("a name"))
+        .collect();
+    assert_eq!(names, ["session", "recordings/rig/torn", "recordings/old"], "{listed:#}");
+    assert!((listed[0]["duration_s"].as_f64().expect("s") - whole_s).abs() < 1e-6, "{listed:#}");
+    let about = |k: usize| {
+        ["releases", "marks", "is_finished", "is_damaged"].map(|key| listed[k][key].clone())
+    };
+    assert_eq!(about(0), [json!(2), json!(1), json!(true), json!(false)]);
+    assert_eq!(about(1), [json!(0), json!(0), json!(true), json!(true)]);
+    assert_eq!(about(2), [json!(0), json!(0), json!(false), json!(false)]);
+}
+
+/// And nothing else is.
+fn what_cannot_be_shown_is_said(bench: &Bench) {
+    let of_rig = bench.path("recordings/rig");
+    let old = std::fs::read_to_string(bench.path("recordings/old.jsonl")).expect("a log");
+    let old = old.trim_end();
+    let refused = |session: &str| {
+        let (status, answer) = bench.act(&json!({"do": "replay", "session": session}));
+        assert_eq!(status, 409, "{session}");
+        assert!(!answer["error"]["help"].as_str().expect("help").is_empty(), "{answer}");
+        answer["error"]["message"].as_str().expect("why").to_owned()
+    };
+    assert!(refused("recordings/rig/torn").contains("torn.jsonl, line 2"));
+    assert!(refused("recordings/gone").contains("gone.jsonl"));
+    std::fs::remove_file(of_rig.join("torn.csv")).expect("it is there");
+    assert!(refused("recordings/rig/torn").contains("torn.csv: the trace"));
+    std::fs::write(of_rig.join("torn.jsonl"), format!("{old}\n")).expect("room");
+    std::fs::write(of_rig.join("torn.csv"), "time_s,yaw_deg\n0.500,1.0\n0.400,1.0\n")
+        .expect("room");
+    let said = refused("recordings/rig/torn");
+    assert!(said.contains("torn.csv, line 3") && said.contains("backwards"), "{said}");
+    let (_, none) = bench.act(&json!({"do": "play"}));
+    assert!(none["error"]["message"].as_str().expect("why").contains("no device"), "{none}");
+}
+
+fn all_that_was_logged_is_shown(folder: &Path, whole: &Value) {
+    for kind in ["window", "release", "refined", "mark", "record", "device"] {
+        let (there, here) = (logged(folder, kind), lines(whole, kind));
+        assert!(!there.is_empty(), "{kind}");
+        assert_eq!(there.len(), here.len(), "{kind}");
+        for (mut there, mut here) in there.into_iter().zip(here) {
+            // Its own text is part of the line's.
+            if let Some(note) = there.as_object_mut().and_then(|line| line.remove("text")) {
+                let line = here["text"].as_str().expect("a text");
+                assert!(line.ends_with(note.as_str().expect("a note")), "{line}");
+            }
+            for own in ["text", "number"] {
+                here.as_object_mut().expect("a line").remove(own).expect(own);
+            }
+            assert_eq!(there, here);
+        }
+    }
 }
 
 #[test]
@@ -242,6 +257,20 @@ fn a_session_is_shown_again_on_the_page() {
     );
     browser.wait(&format!("Math.abs({at} - 30) < 0.01"));
     browser.wait(&format!("{} > 0", log("window")));
+    nothing_is_cut_off_at_any_size(&mut browser);
+    // A page that is opened later sees the same.
+    browser.open(&bench.origin);
+    browser.wait("!document.querySelector('#live').hidden");
+    browser.wait(&format!("Math.abs({at} - 30) < 0.01 && {} > 0", log("window")));
+    a_damaged_session_says_so(&bench, &mut browser);
+    // Back to devices.
+    browser.click("#live-connect");
+    browser.wait("document.querySelector('#live-connect').textContent === 'Show'");
+    browser.wait("document.querySelector('#live-replay').hidden");
+    browser.is_clean(&bench.origin);
+}
+
+fn nothing_is_cut_off_at_any_size(browser: &mut Browser) {
     for (width, height) in [(1280, 720), (1920, 1080)] {
         for is_dark in [false, true] {
             browser.resize(Window { width, height, is_dark });
@@ -250,14 +279,13 @@ fn a_session_is_shown_again_on_the_page() {
             let name =
                 format!("replay-{width}x{height}-{}", if is_dark { "dark" } else { "light" });
             browser.picture(&pictures().join(format!("{name}.png")));
-            nothing_is_cut_off(&mut browser, &name);
+            nothing_is_cut_off(browser, &name);
         }
     }
-    // A page that is opened later sees the same.
-    browser.open(&bench.origin);
-    browser.wait("!document.querySelector('#live').hidden");
-    browser.wait(&format!("Math.abs({at} - 30) < 0.01 && {} > 0", log("window")));
-    // A session that is damaged says so where its trace would be.
+}
+
+/// Where its trace would be.
+fn a_damaged_session_says_so(bench: &Bench, browser: &mut Browser) {
     browser.click("#live-connect");
     browser.wait("document.querySelector('#live-connect').textContent === 'Show'");
     let log = bench.text("session.jsonl");
@@ -274,11 +302,6 @@ fn a_session_is_shown_again_on_the_page() {
     browser.complaints.retain(|complaint| !complaint.contains("409"));
     browser.click("#live-connect");
     browser.wait("!document.querySelector('#live-replay').hidden");
-    // Back to devices.
-    browser.click("#live-connect");
-    browser.wait("document.querySelector('#live-connect').textContent === 'Show'");
-    browser.wait("document.querySelector('#live-replay').hidden");
-    browser.is_clean(&bench.origin);
 }
 
 /// The same session as a network would have told it that says the friction, too.

@@ -48,11 +48,8 @@ struct Made {
     about: String,
 }
 
-/// A campaign as an engineer makes one: any size, springs known to 2 % or as they say, few releases or many.
-fn sound(seed: u64) -> Option<Made> {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let random = &mut random;
-    // Model, rig and wind in proportion to a length.
+/// Model and rig in proportion to a length.
+fn rig(random: &mut ChaCha8Rng) -> Rig {
     let length_m = random.random_range(0.3f64.ln()..1.6f64.ln()).exp();
     let frontal_area_m2 = length_m * length_m * random.random_range(0.06..0.14);
     let density = random.random_range(80.0..400.0);
@@ -60,7 +57,7 @@ fn sound(seed: u64) -> Option<Made> {
     let axis_offset_m = length_m * random.random_range(0.06..0.14);
     let gyration_m = length_m * random.random_range(0.17..0.30);
     let front = mid_inertia_kg_m2 * (1.0 + (axis_offset_m / gyration_m).powi(2));
-    let rig = Rig {
+    Rig {
         model: yawrig_shared::derivatives::Model { length_m, frontal_area_m2 },
         air_density_kg_m3: random.random_range(1.1..1.28),
         spring_arm_m: length_m * random.random_range(0.12..0.3),
@@ -68,16 +65,18 @@ fn sound(seed: u64) -> Option<Made> {
         mid_inertia_kg_m2,
         front_inertia_kg_m2: front,
         mechanical_damping_rad_s: random.random_range(0.05..0.2),
-    };
-    let wind_speed_m_s = random.random_range(6.0..20.0);
-    // Springs from 4 to 26 rad/s, each pair at least a fifth apart.
+    }
+}
+
+/// From 4 to 26 rad/s, each pair at least a fifth apart.
+fn springs(rig: &Rig, random: &mut ChaCha8Rng) -> Option<Vec<Spring>> {
     let mut springs: Vec<Spring> = Vec::new();
     let mut known: Vec<Spring> = SPRINGS.to_vec();
     known.shuffle(random);
     let count = *[2usize, 3, 4, 5, 6].choose(random)?;
     while springs.len() < count {
         let wn: f64 = random.random_range(5.0f64.ln()..26.0f64.ln()).exp();
-        let stiffness_n_per_m = wn * wn * mid_inertia_kg_m2 / (2.0 * rig.spring_arm_m.powi(2));
+        let stiffness_n_per_m = wn * wn * rig.mid_inertia_kg_m2 / (2.0 * rig.spring_arm_m.powi(2));
         let apart = |s: &Spring| (s.stiffness_n_per_m / stiffness_n_per_m).ln().abs() > 0.2;
         if springs.iter().all(apart) {
             let mut spring = known[springs.len()];
@@ -85,6 +84,16 @@ fn sound(seed: u64) -> Option<Made> {
             springs.push(spring);
         }
     }
+    Some(springs)
+}
+
+/// A campaign as an engineer makes one: any size, springs known to 2 % or as they say, few releases or many.
+fn sound(seed: u64) -> Option<Made> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let random = &mut random;
+    let rig = rig(random);
+    let wind_speed_m_s = random.random_range(6.0..20.0);
+    let springs = springs(&rig, random)?;
     let repeats = *[1u32, 1, 1, 2, 3].choose(random)?;
     let axes: &[Axis] = if random.random_bool(0.8) { &Axis::BOTH } else { &Axis::BOTH[..1] };
     let text = *EFFECTS.choose(random)?;
@@ -140,7 +149,9 @@ fn sound(seed: u64) -> Option<Made> {
         end: End::After(random.random_range(20.0..45.0)),
     };
     let about = format!(
-        "seed {seed}: {length_m:.2} m, {count} springs, {repeats} repeats, {} axes, {} by {text}, {sensor:?}",
+        "seed {seed}: {:.2} m, {} springs, {repeats} repeats, {} axes, {} by {text}, {sensor:?}",
+        rig.model.length_m,
+        springs.len(),
         axes.len(),
         if hidden.is_empty() { "not" } else { "moved" }
     );

@@ -131,25 +131,15 @@ fn motion(law: Law, start: (f64, f64), acts: &[(Act, f64)]) -> (Vec<f64>, Vec<f6
     (out, begins)
 }
 
-/// Record `seed` of this kind.
-pub fn planted(kind: Kind, seed: u64) -> Planted {
-    let mut draw = Draw(0x9e37_79b9_7f4a_7c15 ^ (seed + 1).wrapping_mul(0xd134_2543_de82_ef95));
-    for _ in 0..20 {
-        draw.unit();
-    }
-    let wn = draw.geometric(1e-3, 1e4);
-    let zeta = draw.geometric(0.003, 0.05);
-    let linear = kind == Kind::DrivenSine || draw.unit() < 0.4;
-    let law = match linear {
-        true => Law { zeta, dry: 0.0, drag: 0.0 },
-        false => Law { zeta, dry: 0.02 * zeta * draw.unit(), drag: zeta * draw.unit() },
-    };
+/// Where a record of this kind begins, and what acts on it one after the other.
+fn course(kind: Kind, law: Law, draw: &mut Draw) -> ((f64, f64), Vec<(Act, f64)>) {
+    let zeta = law.zeta;
     let cycles = |n: f64| TAU * n;
     // Down to a tenth or so.
     let decay = draw.between(1.5, 2.5) / zeta;
     let hold = cycles(draw.between(0.7, 6.0));
     let before = cycles(draw.between(8.0, 60.0));
-    let (start, acts): ((f64, f64), Vec<(Act, f64)>) = match kind {
+    match kind {
         Kind::KeptUp => {
             let phase = draw.between(0.0, TAU);
             let kept = Act::Kept(1.0, 4.0 * zeta + 0.05);
@@ -197,7 +187,23 @@ pub fn planted(kind: Kind, seed: u64) -> Planted {
             let phase = draw.between(0.0, TAU);
             ((phase.cos(), phase.sin()), vec![(Act::Free, decay)])
         }
+    }
+}
+
+/// Record `seed` of this kind.
+pub fn planted(kind: Kind, seed: u64) -> Planted {
+    let mut draw = Draw(0x9e37_79b9_7f4a_7c15 ^ (seed + 1).wrapping_mul(0xd134_2543_de82_ef95));
+    for _ in 0..20 {
+        draw.unit();
+    }
+    let wn = draw.geometric(1e-3, 1e4);
+    let zeta = draw.geometric(0.003, 0.05);
+    let linear = kind == Kind::DrivenSine || draw.unit() < 0.4;
+    let law = match linear {
+        true => Law { zeta, dry: 0.0, drag: 0.0 },
+        false => Law { zeta, dry: 0.02 * zeta * draw.unit(), drag: zeta * draw.unit() },
     };
+    let (start, acts) = course(kind, law, &mut draw);
     let (motion, begins) = motion(law, start, &acts);
     let per_cycle = draw.geometric(8.0, 120.0);
     let every = TAU / per_cycle / STEP;
