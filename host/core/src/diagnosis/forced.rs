@@ -2,24 +2,17 @@
 //! and sensitivities whitened by the Kalman filter of [`crate::motion::random`].
 
 use crate::bic;
+use crate::bic::MARGIN;
 use crate::diagnosis::buffeting::{self, Buffeted};
-use crate::diagnosis::likelihood::{explained_up_to, PROMISING};
+use crate::diagnosis::likelihood::{explained_up_to, BREADTH, MOST_EFFECTS, PROMISING};
 use crate::effects::Effect;
 use crate::fit::fitting::{finished, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::linear_gain::gain_of_step;
-use crate::fit::problem::{problem_of_one, JointProblem, Release};
+use crate::fit::problem::{problem_of_one, JointProblem, Release, EVALUATIONS};
 use crate::motion::random::Whitener;
 use crate::solver::{minimise, Fit, Options, Problem, Rows};
 use rayon::prelude::*;
-
-/// Evidence below which an effect is not believed beside random forcing: the filter is linear, the effects
-/// are not.
-const MARGIN: f64 = 15.0;
-/// Effects that are tried, those of the most predicted evidence.
-const TRIED: usize = 4;
-const MOST_EFFECTS: usize = 2;
-const EVALUATIONS: usize = 20;
 
 /// Gain of deviance by intensity, frequency and damping of each quarter's own: 12 +- 5 by chance.
 const MOST_UNSTEADY: f64 = 45.0;
@@ -163,7 +156,7 @@ fn promising(
         .filter(|(evidence, _)| *evidence > PROMISING)
         .collect();
     out.sort_by(|a, b| b.0.total_cmp(&a.0));
-    out.into_iter().take(TRIED).map(|(_, e)| e).collect()
+    out.into_iter().take(BREADTH).map(|(_, e)| e).collect()
 }
 
 /// The effects that `decay` shows beside the random `forcing` of its plain model; none where it shows none.

@@ -18,9 +18,9 @@ const PHASES: usize = 200;
 /// Damping ratio below zero that cannot be distinguished from none.
 const NEGATIVE: f64 = -1e-4;
 
-/// Share of its frequency within which a mode is at a harmonic, and factor within which its damping ratio is
+/// Share of its frequency within which a line is at a harmonic, and factor within which its damping ratio is
 /// one of the motion's at its amplitudes.
-const HARMONIC: f64 = 0.01;
+pub(crate) const HARMONIC: f64 = 0.01;
 const ALIKE: f64 = 1.7;
 
 /// An effect that cannot stand, and why.

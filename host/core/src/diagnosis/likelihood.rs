@@ -6,6 +6,12 @@ use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::linear_gain::Screen;
 
+/// Models that are gone on with in each round of a search, best first; effects that are tried beside one.
+pub(super) const BREADTH: usize = 3;
+/// Effects of a model, at most.
+pub(super) const MOST_EFFECTS: usize = 6;
+/// An effect whose course is less than this share of the noise floor does not matter, squared.
+pub(super) const LEAST_SHARE_SQUARED: f64 = 0.01;
 /// Residual over noise up to which a record counts as explained.
 pub(crate) const EXPLAINED: f64 = 1.10;
 /// Variance of the ratio of a residual to its floor over that of the residual alone: third differences of the
@@ -20,7 +26,7 @@ pub(crate) const NEAR_NOISE: f64 = 1.6;
 /// Evidence by which one effect is ahead of another, in linear steps from near the noise, for the other not
 /// to be tried. For speed alone: three times what an effect needs to be believed, as a linear step tells less
 /// well than a fit.
-pub(super) const DECISIVE: f64 = 30.0;
+pub(super) const DECISIVE: f64 = 3.0 * bic::MARGIN;
 /// Sum of squares that a linear step from farther off leaves, over that of a model, for it to be tried in
 /// that model's place.
 const FROM_AFAR: f64 = 3.0;

@@ -13,7 +13,7 @@ pub mod compare;
 pub mod diagnose;
 mod flexible;
 pub(crate) mod forced;
-mod guards;
+pub(crate) mod guards;
 pub(crate) mod late_release;
 mod likelihood;
 mod lines;

@@ -4,7 +4,7 @@
 use crate::bic::{self, MARGIN};
 use crate::diagnosis::alone::Alone;
 use crate::diagnosis::answer::{Left, Options, NOISE};
-use crate::diagnosis::likelihood::are_explained;
+use crate::diagnosis::likelihood::{are_explained, LEAST_SHARE_SQUARED, MOST_EFFECTS};
 use crate::diagnosis::origin::weighted_mean;
 use crate::diagnosis::search::sharpened;
 use crate::effects::Effect;
@@ -20,11 +20,6 @@ use rayon::prelude::*;
 
 /// So many releases are judged by themselves, those that the model explains worst that is there already.
 const JUDGED: usize = 8;
-/// Effects that are tried in common, those of most releases first.
-pub(super) const MOST_EFFECTS: usize = 5;
-/// An effect whose course is less than this share of the noise floor in every release does not matter,
-/// squared: more than in one record, the largest of many being more by chance.
-const LEAST_SHARE_SQUARED: f64 = 0.03;
 
 /// The releases with the wind speed of each.
 pub(crate) struct Releases {

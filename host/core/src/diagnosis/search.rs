@@ -6,6 +6,7 @@ use crate::diagnosis::guards::{self, Refusal};
 pub use crate::diagnosis::likelihood::is_explained;
 pub(crate) use crate::diagnosis::likelihood::{beyond, evidence, EXPLAINED};
 use crate::diagnosis::likelihood::{may_rival, DECISIVE, NEAR_NOISE, PROMISING};
+use crate::diagnosis::likelihood::{BREADTH, LEAST_SHARE_SQUARED, MOST_EFFECTS};
 pub use crate::diagnosis::search_start::present;
 pub(crate) use crate::diagnosis::search_start::SearchStart;
 use crate::effects::Effect;
@@ -15,16 +16,6 @@ use crate::fit::fitting::{reordered, Fitted};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::linear_gain::Screen;
 use rayon::prelude::*;
-
-/// An effect whose course is less than this share of the noise floor does not matter, squared.
-const LEAST_SHARE_SQUARED: f64 = 0.01;
-/// Models carried on to the next round.
-const BEAM: usize = 4;
-const MOST_EFFECTS: usize = 4;
-/// Effects without which the search begins again.
-const MOST_REFUSED: usize = 3;
-/// Effects tried beside each model of a round after the first, those with the largest linear gain.
-const BRANCHES: usize = 5;
 
 /// What the search found.
 pub(crate) struct SearchResult {
@@ -57,7 +48,7 @@ pub(crate) fn search(decay: &FreeDecay, start: &SearchStart) -> Result<SearchRes
     let mut start = start.clone();
     let mut found = search_from(decay, start.clone())?;
     let mut refused = Vec::new();
-    for _ in 0..MOST_REFUSED {
+    for _ in 0..BREADTH {
         let last = found.path.last().expect("the plain model");
         // What a line that is none stood for, or an effect that cannot stand and has kept out all others, is
         // looked for again without it.
@@ -116,11 +107,11 @@ fn search_from(decay: &FreeDecay, start: SearchStart) -> Result<SearchResult> {
                 // Two effects of the state may look like a line and one of them.
                 let near = |m: &&Fitted| !has_line(m) && m.over_noise(&decay) < NEAR_NOISE;
                 let steady: Vec<Fitted> = last.iter().filter(near).cloned().collect();
-                next.extend(expanded(&decay, &steady, &candidates, BEAM));
+                next.extend(expanded(&decay, &steady, &candidates, BREADTH));
             }
             next
         } else {
-            expanded(&decay, last, &candidates, if rounds.len() < 3 { BEAM } else { 1 })
+            expanded(&decay, last, &candidates, if rounds.len() < 3 { BREADTH } else { 1 })
         };
         decay.stop.check()?;
         if let Some(better) = best(&next).filter(|n| criterion(n) < criterion(leader)) {
@@ -213,7 +204,7 @@ fn expanded(decay: &FreeDecay, round: &[Fitted], all: &[Effect], width: usize) -
         let least = promising.iter().find(|p| !p.1.is_own()).map_or(0.0, |p| p.0);
         let behind = |left: f64| near && bic::gain(left, least, n, 0.0) > DECISIVE;
         let promising = promising.into_iter().take_while(|p| !behind(p.0));
-        for (_, effect) in promising.take(BRANCHES) {
+        for (_, effect) in promising.take(BREADTH) {
             let mut set = inner.structure.with(&effect).effects;
             set.sort_unstable();
             if !seen.contains(&set) {

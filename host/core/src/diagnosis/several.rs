@@ -8,7 +8,7 @@
 
 use crate::diagnosis::account;
 use crate::diagnosis::answer::{Candidate, Left, Options};
-use crate::diagnosis::campaign_fit::in_common;
+use crate::diagnosis::campaign_fit::{in_common, OWN};
 use crate::diagnosis::compare::{self, Where};
 use crate::diagnosis::diagnose::{modal, name_of, Modal, Status, Step};
 use crate::diagnosis::likelihood::are_explained;
@@ -28,9 +28,6 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 
 pub use crate::diagnosis::shared_set::Common;
-
-/// Where a coefficient is not common.
-const EACH_ITS_OWN: &str = "each release its own";
 
 /// All that is said about several releases. Rms in deg, ratios to the noise floor of block means.
 #[derive(Clone, Debug, Serialize)]
@@ -208,7 +205,7 @@ fn told(
     let left = releases::left(&path[0].joint.fits, last, decays, &files);
     let sharing = effects.iter().map(|e| {
         let own = common.own.contains(e) || e.moves_rest();
-        (e.to_string(), if own { EACH_ITS_OWN } else { "one for all releases" })
+        (e.to_string(), if own { OWN } else { "one for all releases" })
     });
     let sharing = sharing.collect();
     let worst = releases::worst(last, decays);
@@ -271,7 +268,7 @@ impl SeveralDiagnosis {
         self.status = if all { Status::Explained } else { Status::Unexplained };
         self.effects.retain(|e| judged.alone.mostly(e, |_| true));
         self.effects.push(random.clone());
-        self.sharing.insert(random.to_string(), EACH_ITS_OWN);
+        self.sharing.insert(random.to_string(), OWN);
         for (release, answer) in judged.alone.which.iter().zip(&judged.alone.answers) {
             let last = answer.diagnosis.steps.last().expect("a step");
             let record = &mut self.records[*release];

@@ -4,8 +4,9 @@
 use crate::diagnosis::alike::alike_in_releases;
 use crate::diagnosis::alone::most_first;
 use crate::diagnosis::answer::{Options, MOST_LEFT};
+use crate::diagnosis::likelihood::MOST_EFFECTS;
 use crate::diagnosis::releases::{
-    from_others, mean_square, over_noise, ModelOfReleases, ReleaseAnswers, Releases, MOST_EFFECTS,
+    from_others, mean_square, over_noise, ModelOfReleases, ReleaseAnswers, Releases,
 };
 use crate::diagnosis::shared_set::{Common, Set, Surviving};
 use crate::diagnosis::survivors;

@@ -4,6 +4,7 @@
 //! about the rest. Effects are added one at a time, the one whose addition predicts best first, as long as
 //! the prediction of what was not fitted gains by it; what others have made needless is taken out again.
 
+use crate::diagnosis::likelihood::{BREADTH, MOST_EFFECTS};
 use crate::diagnosis::over_pieces::{fitted, plain_start, with_from, without, Lengths, Model};
 use crate::diagnosis::prediction::{predict, Prediction, LEAST_GAIN};
 use crate::effects::{Effect, Series};
@@ -21,10 +22,6 @@ const CLEARLY_BETTER: f64 = 2.0;
 const CLEAR_GAIN: f64 = 0.4;
 /// Of the sum of squares, what a rough fit with it leaves at most.
 const ROUGH_SHARE: f64 = 0.7;
-const MOST_EFFECTS: usize = 6;
-/// Models of a round, best fits first, from which the next is made, and whose prediction is tried.
-const BEAM: usize = 3;
-const TRIED: usize = 3;
 
 /// A model with what it predicts.
 #[derive(Clone, Debug)]
@@ -149,7 +146,7 @@ pub(crate) fn search(decay: &FreeDecay, own: &[Effect], present: &Structure) -> 
     while rounds.len() <= MOST_EFFECTS {
         decay.stop.check()?;
         let last = rounds.last().expect("a round");
-        let next = expanded(&lengths, &last[..last.len().min(BEAM)], &all);
+        let next = expanded(&lengths, &last[..last.len().min(BREADTH)], &all);
         let Some(best) = next.first() else { break };
         let gains =
             rounds.len() == 1 || best.fit.sum() < (1.0 - LEAST_GAIN).powi(2) * last[0].fit.sum();
@@ -162,7 +159,7 @@ pub(crate) fn search(decay: &FreeDecay, own: &[Effect], present: &Structure) -> 
     let tried: Vec<Vec<PredictedModel>> = rounds[1..]
         .par_iter()
         .map(|round| {
-            let round = &round[..round.len().min(TRIED)];
+            let round = &round[..round.len().min(BREADTH)];
             round.par_iter().map(|m| judged(&lengths, m.clone())).collect()
         })
         .collect();

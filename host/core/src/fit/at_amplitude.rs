@@ -4,6 +4,7 @@
 use crate::discrepancy::{add_shape, Discrepancy, ABOVE_NOISE, SHAPES};
 use crate::fit::fitted::Fitted;
 use crate::fit::free_decay::FreeDecay;
+use crate::fit::problem::DIFFERENCE;
 use crate::fit::structure::motion;
 pub use crate::identify::AtAmplitude;
 use crate::identify::WindowEstimate;
@@ -15,8 +16,6 @@ use std::f64::consts::TAU;
 /// Instants of a cycle, and natural periods within which one has to end.
 const INSTANTS: f64 = 400.0;
 const PERIODS: f64 = 4.0;
-/// Step of the differences by which uncertainties are carried over, of a number's size.
-const DIFFERENCE: f64 = 1e-5;
 
 /// wn and zeta of `model` at amplitudes from the largest to the smallest that it was fitted to in `decay`,
 /// geometric. Periodic forcing is left out, what drifts is taken as it is when the decay passes the

@@ -13,7 +13,7 @@ use crate::solver::Fit;
 
 /// Cycles of the first, shortest fit.
 pub(crate) const FIRST_CYCLES: f64 = 5.0;
-const LONGER: f64 = 1.8;
+pub(crate) const LONGER: f64 = 1.8;
 /// Evaluations after which a further start has to be this near, in the sum of squares, to the best one so
 /// far.
 const SHORT: usize = 7;

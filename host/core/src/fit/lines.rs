@@ -1,7 +1,7 @@
 //! Steady lines in a reading, far above the oscillation: mains hum and its like, which means of samples would
 //! fold down among the motion.
 
-use crate::fit::noise::{bessel, periodogram};
+use crate::fit::noise::{bessel, periodogram, OF_RECORD};
 use crate::record::Record;
 use crate::statistics::median;
 use std::f64::consts::{LN_2, PI, TAU};
@@ -14,11 +14,8 @@ const OVER_NOISE: f64 = 60.0;
 const NEIGHBOURS: usize = 200;
 /// Parts of the record in which a line has the same amplitude and phase, to this share of the amplitude.
 const PARTS: usize = 4;
-const STEADY: f64 = 0.5;
+const LEAST_STEADY: f64 = 0.5;
 const MOST_LINES: usize = 6;
-/// Window: side lobes 170 dB down, half a main lobe of so many bins.
-const KAISER: f64 = 18.0;
-const LOBE_BINS: usize = 7;
 
 /// A sine in the reading, of time from the record's own zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,11 +69,12 @@ pub(crate) fn steady(
 
 /// The bin that stands most above its neighbourhood, beyond `from` rad/sample, if one does.
 fn strongest(samples: &[f64], from: f64) -> Option<usize> {
-    let power = periodogram(samples, KAISER);
-    let first = (from / TAU * samples.len() as f64) as usize + LOBE_BINS;
+    let power = periodogram(samples, &OF_RECORD);
+    let lobe = OF_RECORD.lobe_bins.ceil() as usize;
+    let first = (from / TAU * samples.len() as f64) as usize + lobe;
     let mut best: Option<(f64, usize)> = None;
     // The floor changes slowly: a median for each stretch of bins.
-    for from in (first..power.len().saturating_sub(LOBE_BINS)).step_by(NEIGHBOURS) {
+    for from in (first..power.len().saturating_sub(lobe)).step_by(NEIGHBOURS) {
         let to = (from + NEIGHBOURS).min(power.len());
         let mut around = power
             [from.saturating_sub(NEIGHBOURS).max(first)..(to + NEIGHBOURS).min(power.len())]
@@ -105,7 +103,7 @@ fn is_steady(samples: &[f64], start_s: f64, step_s: f64, line: &SteadyLine) -> b
         let samples = &samples[first..first + part];
         let own = sine(samples, &window, turn, start_s + first as f64 * step_s, step_s);
         let off = (own.cosine_deg - line.cosine_deg).hypot(own.sine_deg - line.sine_deg);
-        off < STEADY * line.amplitude_deg()
+        off < LEAST_STEADY * line.amplitude_deg()
     })
 }
 
@@ -130,7 +128,7 @@ fn fitted(samples: &[f64], start_s: f64, step_s: f64, bin: usize) -> SteadyLine 
 
 fn window(count: usize) -> Vec<f64> {
     let at = |k: usize| 2.0 * (k as f64 + 0.5) / count as f64 - 1.0;
-    (0..count).map(|k| bessel(KAISER * (1.0 - at(k).powi(2)).sqrt())).collect()
+    (0..count).map(|k| bessel(OF_RECORD.kaiser * (1.0 - at(k).powi(2)).sqrt())).collect()
 }
 
 /// The sine of `turn` rad/sample in `samples`, as their `window` shows it.

@@ -5,14 +5,15 @@
 //! (first-order autoregressive) spectrum and that response. The window is Kaiser's with side lobes 170 dB
 //! down, below any swing over its noise.
 
+use crate::bic::MARGIN;
 use std::f64::consts::{LN_2, PI, TAU};
 
 /// How a periodogram is taken.
-struct Window {
+pub(crate) struct Window {
     /// Shape of Kaiser's window.
-    kaiser: f64,
+    pub(super) kaiser: f64,
     /// Half the width of its main lobe, in bins.
-    lobe_bins: f64,
+    pub(super) lobe_bins: f64,
     /// Neighbouring bins that say the same through it.
     shared_bins: f64,
     /// How far the natural frequency may wander, as a share; about the frequency itself three times as far.
@@ -20,9 +21,11 @@ struct Window {
 }
 
 /// Side lobes 170 dB down, below any oscillation over its noise.
-const OF_RECORD: Window = Window { kaiser: 18.0, lobe_bins: 6.5, shared_bins: 2.4, wander: 0.05 };
+pub(super) const OF_RECORD: Window =
+    Window { kaiser: 18.0, lobe_bins: 6.5, shared_bins: 2.4, wander: 0.05 };
 /// For what a good model leaves.
-const OF_RESIDUALS: Window = Window { kaiser: 6.0, lobe_bins: 2.2, shared_bins: 1.5, wander: 0.02 };
+pub(crate) const OF_RESIDUALS: Window =
+    Window { kaiser: 6.0, lobe_bins: 2.2, shared_bins: 1.5, wander: 0.02 };
 /// Bins in a band at least, and bands at most.
 const LEAST_BINS: usize = 24;
 const MOST_BANDS: usize = 60;
@@ -32,8 +35,6 @@ const HARMONICS: usize = 8;
 /// Lag-one correlations between samples that are tried. Below it is as good as white; above it is a drift.
 const CORRELATIONS: (f64, f64) = (0.15, 0.97);
 const GRID: usize = 36;
-/// Gain of the fit above which a part is believed: twice a log likelihood.
-const BELIEVED: f64 = 14.0;
 /// Deviations beyond this many of their standard deviations count ever less.
 const ROBUST: f64 = 3.0;
 
@@ -77,7 +78,7 @@ pub(crate) fn colour(samples: &[f64], turn: f64) -> Option<Colour> {
 fn believed(bands: &[Band], turn: f64, block: usize) -> Option<Colour> {
     let (white, _) = fitted(bands, turn, block, None);
     let (coloured, colour) = coloured(bands, turn, block)?;
-    (white - coloured > BELIEVED).then_some(colour)
+    (white - coloured > MARGIN).then_some(colour)
 }
 
 /// The same in the `residuals` of a model, means of `block` samples, where the record itself shows none: a
@@ -118,7 +119,7 @@ fn mean_spectrum(c: f64, block: usize, frequency: f64) -> f64 {
 }
 
 /// Power of each bin through Kaiser's window, scaled so that white noise shows its variance.
-pub(crate) fn periodogram(samples: &[f64], kaiser: f64) -> Vec<f64> {
+pub(crate) fn periodogram(samples: &[f64], window: &Window) -> Vec<f64> {
     let n = samples.len();
     let middle = samples.iter().sum::<f64>() / n as f64;
     let mut power = 0.0;
@@ -127,7 +128,7 @@ pub(crate) fn periodogram(samples: &[f64], kaiser: f64) -> Vec<f64> {
         .enumerate()
         .map(|(k, y)| {
             let x = 2.0 * (k as f64 + 0.5) / n as f64 - 1.0;
-            let w = bessel(kaiser * (1.0 - x * x).sqrt());
+            let w = bessel(window.kaiser * (1.0 - x * x).sqrt());
             power += w * w;
             w * (y - middle)
         })
@@ -145,7 +146,7 @@ fn bands(samples: &[f64], turn: f64, window: &Window) -> Option<Vec<Band>> {
     if n < 256 {
         return None;
     }
-    let power = periodogram(samples, window.kaiser);
+    let power = periodogram(samples, window);
     let bin = TAU / n as f64;
     let lobe = window.lobe_bins * bin;
     let clear = |w: f64| {

@@ -1,6 +1,7 @@
 //! Pieces of free decays, each with an initial condition of its own, and where a release's own numbers are.
 
 use crate::fit::free_decay::FreeDecay;
+use crate::fit::problem::DIFFERENCE;
 use crate::fit::structure::{motion, Structure};
 use crate::motion::simulate::readings_of_all;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
@@ -8,8 +9,6 @@ use std::ops::{Deref, Range};
 
 /// Share of a cycle from which a piece's first state is estimated.
 const BEGINNING: f64 = 0.15;
-/// Step of the differences by which a state is fitted, as a share of the amplitude.
-const DIFFERENCE: f64 = 1e-6;
 /// Gain of a step, as a share of the sum of squares, below which a state is found.
 const SETTLED: f64 = 1e-6;
 

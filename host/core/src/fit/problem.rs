@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 /// Of an effect's size (where it rivals the spring): the step of the differences.
-const DIFFERENCE: f64 = 1e-6;
+pub(crate) const DIFFERENCE: f64 = 1e-6;
 /// The same with a user's own effects, whose integration adapts its steps.
 const OWN_DIFFERENCE: f64 = 3e-5;
 /// By how much the sum of squares of such a fit may err, of the residuals' variance; of any other a tenth

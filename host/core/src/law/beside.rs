@@ -4,6 +4,7 @@
 use super::estimate::{fit_whole, Measured};
 use super::releases::Releases;
 use crate::diagnosis::forced::is_random;
+use crate::diagnosis::guards::HARMONIC;
 use crate::diagnosis::over_pieces::Lengths;
 use crate::diagnosis::prediction::{predict_within, Prediction};
 use crate::effects::{Acts, Effect};
@@ -24,8 +25,7 @@ const SETTLED_ON: usize = 2;
 const LEFT_AT_MOST: f64 = 0.5;
 /// Share of what the second-order model leaves, below which an effect alone explains much.
 const MUCH: f64 = 0.5;
-/// Share of the yaw mode's frequencies within which a line is at a harmonic of it, and the highest such.
-const HARMONIC: f64 = 0.02;
+/// The highest harmonic of the yaw mode at which a line may be.
 const MOST_HARMONIC: u32 = 5;
 
 /// What no law of angle and rate holds.

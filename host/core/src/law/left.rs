@@ -3,7 +3,7 @@
 use super::beside::{Beside, Kind};
 use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
-use crate::fit::noise::periodogram;
+use crate::fit::noise::{periodogram, OF_RESIDUALS};
 use std::f64::consts::TAU;
 
 /// Stretches of a line, each drawn with its extremes.
@@ -13,8 +13,6 @@ const BINS: usize = 30;
 const LEAST: usize = 3;
 /// Highest frequency shown, of the highest that is spoken of.
 const HIGHEST: f64 = 3.0;
-/// Of the window through which a spectrum is seen: lines fall to 1e-3 within three bins.
-const KAISER: f64 = 6.0;
 /// Of loops: their amplitudes, of the release's; half cycles before one is closed; and points of each half.
 const AMPLITUDES: [f64; 3] = [1.0, 0.5, 0.25];
 const ROUNDS: usize = 12;
@@ -102,7 +100,7 @@ fn over_time(decay: &FreeDecay, residuals: &[f64]) -> [Vec<f64>; 2] {
 }
 
 fn over_frequency(residuals: &[f64], step_s: f64, highest_rad_s: f64) -> [Vec<f64>; 2] {
-    let power = periodogram(residuals, KAISER);
+    let power = periodogram(residuals, &OF_RESIDUALS);
     let sum: f64 = power.iter().sum();
     let bin_rad_s = TAU / (residuals.len() as f64 * step_s);
     let shown = ((highest_rad_s / bin_rad_s) as usize).min(power.len());

@@ -7,6 +7,7 @@
 
 use super::on_curve::{OnCurve, Target};
 use super::tables::Tables;
+use super::trials::NO_BETTER;
 use crate::diagnosis::over_pieces::Lengths;
 use crate::effects::{Effect, Line, Part};
 use crate::fit::fitting::Structure;
@@ -14,12 +15,8 @@ use crate::fit::segments::{fit_from, ROUGH};
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Uncertainty of a curve at least, of its largest value.
-const LEAST_U: f64 = 0.002;
 /// Misfit on the curve over that of the nearest, up to which a formula is fitted to the records.
 const FITTED_UP_TO: f64 = 20.0;
-/// Squares left over the least, up to which a simpler formula does as well.
-const AS_WELL: f64 = 1.02;
 /// Least share of a line that no multiple of the curve can stand for.
 const APART: f64 = 1e-3;
 
@@ -33,7 +30,7 @@ pub(super) fn line(lengths: &Lengths, plain: &Structure, found: &Tables) -> Opti
     }
     let wn_rad_s = found.common[0];
     let damping = found.damping();
-    let mut near = Target::new(&damping, wn_rad_s, LEAST_U).nearest(false, true);
+    let mut near = Target::new(&damping, wn_rad_s).nearest(false, true);
     let least = near.iter().map(|n| n.misfit).fold(f64::INFINITY, f64::min);
     near.retain(|n| n.misfit <= FITTED_UP_TO * least);
     // In place of the dissipation, beside the other curves.
@@ -58,7 +55,7 @@ pub(super) fn line(lengths: &Lengths, plain: &Structure, found: &Tables) -> Opti
     };
     let all: Vec<(usize, f64, f64)> = near.par_iter().filter_map(fitted).collect();
     let least = all.iter().map(|(_, sum, _)| *sum).fold(f64::INFINITY, f64::min);
-    let as_well = all.into_iter().filter(|(_, sum, _)| *sum <= AS_WELL * least);
+    let as_well = all.into_iter().filter(|(_, sum, _)| *sum <= (1.0 + NO_BETTER) * least);
     let (_, _, zeta) = as_well.min_by_key(|(count, _, _)| *count)?;
     // What the curve is without that line has none.
     let knots = law.knots[Part::Damping as usize];

@@ -17,8 +17,6 @@ use crate::quantity::Quantity;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Uncertainty of a curve at least, of its largest value.
-const LEAST_U: f64 = 0.01;
 /// Names that are kept at least, where there are so many. Each is a fit to the whole record, which takes the
 /// longest where no formula is right.
 const NAMED: usize = 3;
@@ -157,7 +155,7 @@ fn nearest(releases: &Releases, found: &Measured) -> Result<Vec<OnCurve>> {
     let wn = found.fit.common[0];
     let of_angle = releases.first().measurand.is_of_angle();
     let of = |is_there: bool, curve: Vec<Point>, is_stiffness: bool| match is_there {
-        true => Target::new(&curve, wn, LEAST_U).nearest(is_stiffness, of_angle),
+        true => Target::new(&curve, wn).nearest(is_stiffness, of_angle),
         false => Vec::new(),
     };
     let has = |part: Part| found.law.parts.iter().any(|(p, _)| *p == part);

@@ -6,6 +6,8 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use yawrig_expression::OwnEffect;
 
+/// Uncertainty of a curve at least, of its largest value.
+const LEAST_U: f64 = 0.01;
 /// Formulas for each part that are nearest: single forms, and sums of two.
 const SINGLE: usize = 4;
 const SUMS: usize = 2;
@@ -48,10 +50,10 @@ pub(super) struct Target<'a> {
 impl<'a> Target<'a> {
     /// No point counts as better known than `least_u` times the largest moment of `curve`, for a formula need
     /// not go through each bend of a spline.
-    pub(super) fn new(curve: &'a [Point], wn: f64, least_u: f64) -> Self {
+    pub(super) fn new(curve: &'a [Point], wn: f64) -> Self {
         let largest = curve.iter().fold(0.0f64, |m, p| m.max(p.moment_rad_s2.value.abs()));
         let points: Vec<&Point> = curve.iter().filter(|p| p.at != 0.0).collect();
-        let u = points.iter().map(|p| p.moment_rad_s2.u.max(least_u * largest)).collect();
+        let u = points.iter().map(|p| p.moment_rad_s2.u.max(LEAST_U * largest)).collect();
         Self { points, u, reach: curve.last().map_or(1.0, |p| p.at), wn }
     }
 

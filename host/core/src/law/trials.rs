@@ -14,8 +14,8 @@ use nalgebra::DMatrix;
 use std::cmp::Ordering;
 use std::sync::Arc;
 
-/// Share by which a law has to predict better than one with fewer curves.
-const NO_BETTER: f64 = 0.02;
+/// Share by which a law has to predict better than one with fewer curves, or a formula than a simpler one.
+pub(super) const NO_BETTER: f64 = 0.02;
 /// Times the roughness is chosen and the law fitted with it.
 const ROUNDS: usize = 2;
 /// Times knots are moved to where the best law bends.

@@ -2,15 +2,11 @@
 
 use super::possible::{numbers, Possible, Rival};
 use crate::error::{Error, Result};
-use crate::fit::fitting::FIRST_CYCLES;
+use crate::fit::fitting::{FIRST_CYCLES, LONGER};
 use crate::fit::free_decay::FreeDecay;
-use crate::fit::problem::{problem_of_one, JointProblem, Release};
+use crate::fit::problem::{problem_of_one, JointProblem, Release, EVALUATIONS};
 use crate::solver::{minimise, Options, Problem, Rows};
 use nalgebra::{Cholesky, DMatrix};
-
-/// By how much longer each further fit is than the one before.
-const LONGER: f64 = 3.0;
-const EVALUATIONS: usize = 12;
 
 /// What is minimised: residuals over the noise, and deviations of the tied numbers over their errors.
 pub(super) struct Tied<'a> {
