@@ -14,6 +14,8 @@ use crate::motion::random::Whitener;
 use crate::solver::{minimise, Fit, Options, Problem, Rows};
 use rayon::prelude::*;
 
+/// Effects beside random forcing, at most, for speed: each is fitted through the filter.
+const MOST_BESIDE: usize = 2;
 /// Gain of deviance by intensity, frequency and damping of each quarter's own: 12 +- 5 by chance.
 const MOST_UNSTEADY: f64 = 45.0;
 /// Innovation, in standard deviations, that chance brings once in thousands of records.
@@ -170,7 +172,7 @@ pub(crate) fn search(
     let mut forcing = forcing.clone();
     let mut model = plain.clone();
     let there = plain.structure.effects.len();
-    while model.structure.effects.len() - there < MOST_EFFECTS {
+    while model.structure.effects.len() - there < MOST_BESIDE {
         let filter = whitener(decay, &forcing)?;
         let smaller = solve(decay, &model.structure, &model.parameters, &filter);
         let mut inner = model.clone();
