@@ -4,7 +4,7 @@
 use crate::bic;
 use crate::bic::MARGIN;
 use crate::diagnosis::buffeting::{self, Buffeted};
-use crate::diagnosis::likelihood::{explained_up_to, BREADTH, MOST_EFFECTS, PROMISING};
+use crate::diagnosis::likelihood::{explained_up_to, BREADTH, PROMISING};
 use crate::effects::Effect;
 use crate::fit::fitting::{finished, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
