@@ -4,10 +4,10 @@ use crate::bic;
 use crate::diagnosis::answer::{modal, step, Candidate, Diagnosed, Diagnosis, Modal, Status, Step};
 use crate::diagnosis::buffeting::{self, Buffeted};
 use crate::diagnosis::compare;
-use crate::diagnosis::forced::{self, Forced};
+use crate::diagnosis::forced::{self, Forced, BEYOND_DOUBT, MOST_UNSTEADY};
 use crate::diagnosis::guards::{self, Refusal};
 use crate::diagnosis::late_release;
-use crate::diagnosis::likelihood::USED_UP_TO;
+use crate::diagnosis::likelihood::{NEAR_NOISE, USED_UP_TO};
 use crate::diagnosis::search::{self, beyond, criterion, SearchStart};
 use crate::effects::{Acts, Effect};
 use crate::error::Result;
@@ -18,13 +18,6 @@ use crate::quantity::Quantity;
 use crate::record::Record;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-
-/// Residual over noise, on the part held out, up to which three effects and more count as an explanation.
-const MOST_HELD_OUT: f64 = 1.5;
-/// Uncertainties by which an effect beside random forcing is off zero for it to be believed, and how unsteady
-/// that is.
-const BEYOND_DOUBT: f64 = 6.0;
-const STEADY: f64 = 25.0;
 
 /// The answer by likelihood, which holds near the noise; and whether it explains the record.
 ///
@@ -50,7 +43,7 @@ pub(super) fn by_likelihood(
     let mut steps = steps(decay, &found.path);
     // Three effects or more can be bent to a short record; then they have to predict the rest of it too.
     let is_predicted =
-        effects.len() < 3 || steps.last().is_some_and(|s| s.held_out_over_noise < MOST_HELD_OUT);
+        effects.len() < 3 || steps.last().is_some_and(|s| s.held_out_over_noise < NEAR_NOISE);
     let status = match (found.explained && is_predicted, effects.is_empty()) {
         (true, true) => Status::Adequate,
         (true, false) => Status::Explained,
@@ -126,7 +119,9 @@ pub(super) fn random_forcing(
 fn is_beyond_doubt(forced: &Forced, decay: &FreeDecay) -> bool {
     let model = &forced.model;
     let [effect] = &model.structure.effects[..] else { return false };
-    if matches!(effect.acts_on(), Acts::Time | Acts::Line) || forced.forcing.unsteadiness > STEADY {
+    if matches!(effect.acts_on(), Acts::Time | Acts::Line)
+        || forced.forcing.unsteadiness > MOST_UNSTEADY
+    {
         return false;
     }
     let stands_out = model.coefficient(effect).is_some_and(|q| !q.holds(0.0, BEYOND_DOUBT));

@@ -15,7 +15,7 @@ use crate::diagnosis::diagnose::{Candidate, Modal, Options, Status, Step, SECOND
 use crate::diagnosis::origin::{self, Origin, Plan};
 use crate::diagnosis::releases::{self, left, mean_square, worst, ReleaseAnswers, Releases};
 use crate::diagnosis::search::is_explained;
-use crate::diagnosis::search::EXPLAINED;
+use crate::discrepancy::ABOVE_NOISE;
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::at_amplitude::{at_amplitudes, AtAmplitude};
@@ -244,7 +244,7 @@ impl Campaign<'_> {
                     Quantity::new(b.damping_ratio, u_zeta),
                 );
                 releases[i].residual_over_noise = b.over_noise;
-                releases[i].explained = b.over_noise <= EXPLAINED;
+                releases[i].explained = b.over_noise <= ABOVE_NOISE;
                 releases[i].at_amplitude.clear();
                 releases[i].covariance = None;
                 (releases[i].natural_frequency_rad_s, releases[i].damping_ratio) = after[i];
@@ -322,7 +322,7 @@ impl Campaign<'_> {
             held_out_over_noise: over,
             parameters: BTreeMap::from([(effect.first_name(), level)]),
         });
-        let explained = forced.iter().all(|b| b.over_noise <= EXPLAINED);
+        let explained = forced.iter().all(|b| b.over_noise <= ABOVE_NOISE);
         out.status = if explained { Status::Explained } else { Status::Unexplained };
         out.effects = vec![effect.clone()];
         out.indistinguishable.clear();

@@ -8,11 +8,12 @@ pub use crate::diagnosis::answer::{
 };
 use crate::diagnosis::by_likelihood::{by_likelihood, random_forcing};
 use crate::diagnosis::compare;
-use crate::diagnosis::likelihood::{is_explained, EXPLAINED, NEAR_NOISE, USED_UP_TO};
+use crate::diagnosis::likelihood::{is_explained, NEAR_NOISE, USED_UP_TO};
 pub use crate::diagnosis::over_pieces::fit_over_pieces;
 use crate::diagnosis::reach;
 use crate::diagnosis::search::{self, SearchStart};
 use crate::diagnosis::survivors;
+use crate::discrepancy::ABOVE_NOISE;
 use crate::effects::Effect;
 use crate::error::{Error, Result};
 use crate::fit::at_amplitude::at_amplitudes;
@@ -23,13 +24,9 @@ use crate::record::Record;
 use rayon::prelude::*;
 
 /// Residual over noise, of what all effects at once would leave in one linear step, up to which a model down
-/// to the noise is looked for.
+/// to the noise is looked for; and of a model, over a floor of coloured noise, beyond which what it leaves says
+/// nothing about that floor.
 const WITHIN_REACH: f64 = 8.0;
-/// The same for a model that is as near to the noise as that already; beyond it random forcing is looked for
-/// first.
-const MISSED: f64 = 1.5;
-/// Residual over a floor of coloured noise beyond which what a model leaves says nothing about that floor.
-const FAR_FROM_FLOOR: f64 = 5.0;
 /// What a diagnosis begins with where no model is there.
 pub const SECOND_ORDER: &str = "the second-order model";
 /// The same where a model with effects is.
@@ -111,14 +108,14 @@ pub(super) fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Re
     let near = lowest < USED_UP_TO * decay.noise_rad || is_explained(best, &decay);
     let reached = near.then(|| {
         let least = from(best).min(from(plain));
-        if least < MISSED {
+        if least < NEAR_NOISE {
             return least;
         }
         let singles = start.singles.par_iter().filter(|s| s.converged);
         singles.map(from).reduce(|| least, f64::min)
     });
     // From near the noise a linear step is to be believed.
-    let out_of_reach = |least| least > MISSED && best.over_noise(&decay) < WITHIN_REACH;
+    let out_of_reach = |least| least > NEAR_NOISE && best.over_noise(&decay) < WITHIN_REACH;
     let within = reached.is_some_and(|least| least < WITHIN_REACH && !out_of_reach(least));
     // A linear step does not see as far, and what follows time alone or has corners is not among what is
     // predicted with.
@@ -133,7 +130,7 @@ pub(super) fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Re
         let is_believed = found.diagnosis.status == Status::Explained;
         !is_random || !account.explains_most() || (is_believed && beside_them)
     };
-    let forced_first = reached.is_some_and(|least| least > MISSED) && !one_explains;
+    let forced_first = reached.is_some_and(|least| least > NEAR_NOISE) && !one_explains;
     if forced_first {
         let single = search::best(&start.singles).unwrap_or(plain);
         let lower = if best.rms_rad() < single.rms_rad() { best } else { single };
@@ -154,7 +151,7 @@ pub(super) fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Re
 /// `decay` with the floor of coloured noise as `model` shows it, where the one does not account for what the
 /// model leaves and the other does: in a short record the oscillation hides where such noise is strongest.
 fn with_floor_of(decay: FreeDecay, model: &Fitted) -> FreeDecay {
-    let near = EXPLAINED..FAR_FROM_FLOOR;
+    let near = ABOVE_NOISE..WITHIN_REACH;
     if !near.contains(&model.over_noise(&decay)) {
         return decay;
     }

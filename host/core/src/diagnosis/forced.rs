@@ -17,9 +17,10 @@ use rayon::prelude::*;
 /// Effects beside random forcing, at most, for speed: each is fitted through the filter.
 const MOST_BESIDE: usize = 2;
 /// Gain of deviance by intensity, frequency and damping of each quarter's own: 12 +- 5 by chance.
-const MOST_UNSTEADY: f64 = 45.0;
-/// Innovation, in standard deviations, that chance brings once in thousands of records.
-const LARGEST: f64 = 6.0;
+pub(super) const MOST_UNSTEADY: f64 = 45.0;
+/// Standard deviations of an innovation, or of an effect beside random forcing from zero, that chance brings
+/// once in thousands of records.
+pub(super) const BEYOND_DOUBT: f64 = 6.0;
 /// The same of a line in their spectrum, beyond ln(n/2).
 const STRONGEST_LINE: f64 = 9.0;
 /// Dependence of the innovations on the state, in standard deviations, that chance explains.
@@ -52,7 +53,7 @@ pub(super) fn holds(b: &Buffeted, numbers: usize, deterministic: f64, n: f64) ->
         && b.unsteadiness < MOST_UNSTEADY
         && b.correlation_off.abs() < MOST_CORRELATED.max(4.0 / n.sqrt())
         && b.state_dependence < MOST_DEPENDENT
-        && b.largest < LARGEST
+        && b.largest < BEYOND_DOUBT
         && b.line < (0.5 * n).ln() + STRONGEST_LINE
         && b.over_noise <= explained_up_to(n)
 }

@@ -4,12 +4,10 @@
 //! strong at first. Numbers that count from the release (amplitude and phase of that mode) are then off by
 //! its decay. With the model known the record is fitted again from where the model was let go.
 
+use crate::discrepancy::ABOVE_NOISE;
 use crate::fit::fitting::{refitted, Fitted};
 use crate::fit::free_decay::FreeDecay;
 use crate::record::Record;
-
-/// Growth of the residual up to which the earlier part is the same free motion.
-const STILL_FREE: f64 = 1.05;
 
 /// `model` of `decay` fitted from the very release of `record`; none where that is where it begins already,
 /// or where the earlier part is no free motion of the model.
@@ -23,7 +21,7 @@ pub(crate) fn from_release(record: &Record, decay: &FreeDecay, model: &Fitted) -
     let mut p = shifted(model, earlier_s);
     (p[2], p[3]) = model.motion().linear_state(begin(&longer) - begin(decay));
     let mut fitted = refitted(&longer, &model.structure, &p);
-    let same = |f: &Fitted| f.converged && f.rms_rad() <= STILL_FREE * model.rms_rad();
+    let same = |f: &Fitted| f.converged && f.rms_rad() <= ABOVE_NOISE * model.rms_rad();
     if !same(&fitted) {
         return None;
     }

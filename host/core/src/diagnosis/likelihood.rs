@@ -1,19 +1,18 @@
 //! What likelihood says of a fitted model near the noise.
 
 use crate::bic;
+use crate::discrepancy::ABOVE_NOISE;
 use crate::effects::Effect;
 use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::linear_gain::Screen;
 
 /// Models that are gone on with in each round of a search, best first; effects that are tried beside one.
-pub(super) const BREADTH: usize = 3;
+pub(crate) const BREADTH: usize = 3;
 /// Effects of a model, at most.
 pub(super) const MOST_EFFECTS: usize = 6;
 /// An effect whose course is less than this share of the noise floor does not matter, squared.
 pub(super) const LEAST_SHARE_SQUARED: f64 = 0.01;
-/// Residual over noise up to which a record counts as explained.
-pub(crate) const EXPLAINED: f64 = 1.10;
 /// Variance of the ratio of a residual to its floor over that of the residual alone: third differences of the
 /// same readings, from which the floor is known, have 924/400 of it, and the readings in common. Of means of
 /// several readings it is less.
@@ -21,7 +20,8 @@ const OF_RATIO: f64 = 924.0 / 400.0 - 1.0;
 /// Residual of the plain model over the noise up to which likelihood is asked: of what is farther off it says
 /// little.
 pub(crate) const USED_UP_TO: f64 = 40.0;
-/// Residual over noise up to which what a model leaves may sharpen the floor of coloured noise.
+/// Residual over noise up to which a model is near it: what it leaves may sharpen the floor of coloured noise,
+/// three effects and more may explain, and a linear step needs go no further.
 pub(crate) const NEAR_NOISE: f64 = 1.6;
 /// Evidence by which one effect is ahead of another, in linear steps from near the noise, for the other not
 /// to be tried. For speed alone: three times what an effect needs to be believed, as a linear step tells less
@@ -43,7 +43,7 @@ pub(crate) fn evidence(smaller: &Fitted, larger: &Fitted, effective: f64) -> f64
 /// scatters more.
 pub(super) fn explained_up_to(independent: f64) -> f64 {
     let scatter = 3.0 * (OF_RATIO / (2.0 * independent)).sqrt();
-    EXPLAINED.max(1.0 + scatter.min(0.3))
+    ABOVE_NOISE.max(1.0 + scatter.min(0.3))
 }
 
 /// Whether residual and noise floor agree.

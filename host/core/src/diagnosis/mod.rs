@@ -15,7 +15,7 @@ mod flexible;
 pub(crate) mod forced;
 pub(crate) mod guards;
 pub(crate) mod late_release;
-mod likelihood;
+pub(crate) mod likelihood;
 mod lines;
 pub mod origin;
 pub(crate) mod over_pieces;

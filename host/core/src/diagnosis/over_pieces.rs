@@ -8,9 +8,8 @@ use crate::fit::pieces::{fit_state, Own, Piece, Pieces};
 use crate::fit::segments::{fit_from, fit_pieces, PieceFit, ROUGH, SETTLED, STEPS};
 use crate::stop::Stop;
 
-/// Cycles of the pieces of the first, shortest fit, and of the next.
+/// Cycles of the pieces of the first, shortest fit.
 const SHORT_CYCLES: f64 = 3.0;
-const LONGER_CYCLES: f64 = 9.0;
 /// Long pieces, on which models are compared, and shorter ones that are predicted; the cycles in one at
 /// least.
 const LONG_PIECES: f64 = 3.0;
@@ -53,7 +52,7 @@ impl Lengths {
         };
         Self {
             short: of_cycles(SHORT_CYCLES),
-            longer: of_cycles(LONGER_CYCLES),
+            longer: of_cycles(LONG_PIECES * SHORT_CYCLES),
             long: Pieces::spread(decay, long, means),
             predicted: Pieces::spread(decay, count(MOST_PIECES), means),
             scale: decay.scale(),

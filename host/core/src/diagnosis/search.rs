@@ -4,7 +4,7 @@ use crate::bic::{self, MARGIN};
 use crate::diagnosis::flexible;
 use crate::diagnosis::guards::{self, Refusal};
 pub use crate::diagnosis::likelihood::is_explained;
-pub(crate) use crate::diagnosis::likelihood::{beyond, evidence, EXPLAINED};
+pub(crate) use crate::diagnosis::likelihood::{beyond, evidence};
 use crate::diagnosis::likelihood::{may_rival, DECISIVE, NEAR_NOISE, PROMISING};
 use crate::diagnosis::likelihood::{BREADTH, LEAST_SHARE_SQUARED, MOST_EFFECTS};
 pub use crate::diagnosis::search_start::present;

@@ -5,8 +5,10 @@ use super::estimate::{fit_whole, Measured};
 use super::releases::Releases;
 use crate::diagnosis::forced::is_random;
 use crate::diagnosis::guards::HARMONIC;
+use crate::diagnosis::likelihood::BREADTH;
 use crate::diagnosis::over_pieces::Lengths;
 use crate::diagnosis::prediction::{predict_within, Prediction};
+use crate::discrepancy::ABOVE_NOISE;
 use crate::effects::{Acts, Effect};
 use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
@@ -15,16 +17,9 @@ use crate::fit::starts;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Held out over the noise, up to which a law of angle and rate holds all there is.
-pub(super) const HELD: f64 = 1.15;
-/// Beginnings of each effect that are tried, and how many are fitted to their end.
-const STARTS: usize = 3;
-const SETTLED_ON: usize = 2;
-
-/// Share of what the law alone fails to predict, that is left where an effect beside it is believed.
+/// Share of what the law alone fails to predict that is left where an effect beside it is believed, and of
+/// what the second-order model leaves where an effect alone explains much.
 const LEFT_AT_MOST: f64 = 0.5;
-/// Share of what the second-order model leaves, below which an effect alone explains much.
-const MUCH: f64 = 0.5;
 /// The highest harmonic of the yaw mode at which a line may be.
 const MOST_HARMONIC: u32 = 5;
 
@@ -133,14 +128,14 @@ fn fitted(
         let mut all = vec![begun(&[law, start.as_slice()].concat())];
         let alone = [plain.as_slice(), start].concat();
         let alone = fit_from(&lengths.long, &found.plain.structure.with(effect), &alone, ROUGH);
-        if alone.sum() < MUCH * found.plain.sum() {
+        if alone.sum() < LEFT_AT_MOST * found.plain.sum() {
             let (plain, numbers) = alone.common.split_at(plain.len());
             let no_law = vec![0.0; law.len() - plain.len()];
             all.push(begun(&[plain, &no_law, numbers].concat()));
         }
         all
     };
-    starts::of(decay, whole, effect).iter().take(STARTS).flat_map(from).collect()
+    starts::of(decay, whole, effect).iter().take(BREADTH).flat_map(from).collect()
 }
 
 /// What is not the law's in `decay`, with the law as it is beside the effect that was tried last.
@@ -163,7 +158,7 @@ fn is_harmonic(decay: &FreeDecay, w_rad_s: f64) -> bool {
 /// is far likelier than what the law leaves. `None` where the law leaves no more than noise, or for several
 /// releases, whose lines and drifts are each its own.
 pub(super) fn beside(releases: &Releases, lengths: &Lengths, found: &Measured) -> Option<Beside> {
-    let decay = releases.alone().filter(|_| found.held_out_over_noise > HELD)?;
+    let decay = releases.alone().filter(|_| found.held_out_over_noise > ABOVE_NOISE)?;
     let mut structure = found.fit.structure.clone();
     structure.effects.pop();
     let structure = structure.with(&Effect::Measured(Arc::new(found.law.without_line(None))));
@@ -180,7 +175,7 @@ pub(super) fn beside(releases: &Releases, lengths: &Lengths, found: &Measured) -
         let fit = fit_from(&lengths.long, structure, common, SETTLED);
         BesideFit { fit, effect: tried.effect.clone(), ..*tried }
     };
-    all.truncate(SETTLED_ON);
+    all.truncate(BREADTH);
     let nearest = all
         .par_iter()
         .map(settled)

@@ -1,14 +1,16 @@
 //! The name of a measured law: formulas fitted to its curves, the best then to the record, ranked by what
 //! they predict.
 
-use super::beside::{beside, Beside, HELD};
+use super::beside::{beside, Beside};
 use super::estimate::{over_noise, Measured};
 use super::forms::Formula;
 use super::on_curve::{OnCurve, Target};
 use super::releases::Releases;
 use super::tables::Point;
+use crate::diagnosis::likelihood::BREADTH;
 use crate::diagnosis::over_pieces::Lengths;
 use crate::diagnosis::prediction::{predict_within, Prediction, BETTER, LEAST_GAIN};
+use crate::discrepancy::ABOVE_NOISE;
 use crate::effects::{Effect, Part};
 use crate::error::Result;
 use crate::fit::fitting::Fitted;
@@ -17,9 +19,6 @@ use crate::quantity::Quantity;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Names that are kept at least, where there are so many. Each is a fit to the whole record, which takes the
-/// longest where no formula is right.
-const NAMED: usize = 3;
 /// Models tried on the record.
 const TRIED: usize = 12;
 /// Where the fit of a spring that yields begins: yield angles as shares of the largest, and its share of the
@@ -130,7 +129,7 @@ pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
             || trial.remembers(memory, best)
     });
     stop.check()?;
-    ranked.truncate(indistinguishable.max(NAMED));
+    ranked.truncate(indistinguishable.max(BREADTH));
     let name = |(tried, formula): &(NameFit, Formula)| {
         let mut name = trial.named(tried)?;
         // The file begins where the fit has ended.
@@ -197,7 +196,7 @@ impl Trial<'_> {
     /// Whether the law predicts better with `other` beside it.
     fn lacks(&self, other: &NameFit) -> bool {
         let Self { releases, lengths, found } = self;
-        if found.held_out_over_noise < HELD {
+        if found.held_out_over_noise < ABOVE_NOISE {
             return false;
         }
         // Beside hysteresis the dissipation is another, and so would its line be.
@@ -218,7 +217,7 @@ impl Trial<'_> {
     fn remembers(&self, hysteresis: &NameFit, best: Option<&NameFit>) -> bool {
         let Self { releases, lengths, found } = self;
         let of_yaw = |(part, _): &(Part, f64)| part.is_of_yaw();
-        let held = HELD * releases.first().noise_rad;
+        let held = ABOVE_NOISE * releases.first().noise_rad;
         if best.is_some_and(|n| n.prediction.rms_rad() < held)
             || !found.law.parts.iter().any(of_yaw)
         {

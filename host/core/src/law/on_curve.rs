@@ -2,15 +2,13 @@
 
 use super::forms::{moment, Form, FormParameter, Formula, Role, FORMS};
 use super::tables::Point;
+use crate::diagnosis::likelihood::BREADTH;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use yawrig_expression::OwnEffect;
 
 /// Uncertainty of a curve at least, of its largest value.
 const LEAST_U: f64 = 0.01;
-/// Formulas for each part that are nearest: single forms, and sums of two.
-const SINGLE: usize = 4;
-const SUMS: usize = 2;
 
 /// A formula on a curve: its parameters there, and how far it is from it.
 pub(super) struct OnCurve {
@@ -117,8 +115,8 @@ impl<'a> Target<'a> {
             .flat_map(|(k, a)| plain[..k].iter().map(move |b| [*b, *a]))
             .collect();
         let sums = pairs.par_iter().filter_map(|pair| self.fitted(pair)).collect();
-        let mut out = sorted(single, SINGLE);
-        out.extend(sorted(sums, SUMS));
+        let mut out = sorted(single, BREADTH);
+        out.extend(sorted(sums, BREADTH));
         out
     }
 }
