@@ -5,7 +5,6 @@
 //! (first-order autoregressive) spectrum and that response. The window is Kaiser's with side lobes 170 dB
 //! down, below any swing over its noise.
 
-use crate::bic::MARGIN;
 use std::f64::consts::{LN_2, PI, TAU};
 
 /// How a periodogram is taken.
@@ -35,6 +34,8 @@ const HARMONICS: usize = 8;
 /// Lag-one correlations between samples that are tried. Below it is as good as white; above it is a drift.
 const CORRELATIONS: (f64, f64) = (0.15, 0.97);
 const GRID: usize = 36;
+/// Gain of the fit above which a part is believed: twice a log likelihood.
+const BELIEVED: f64 = 14.0;
 /// Deviations beyond this many of their standard deviations count ever less.
 const ROBUST: f64 = 3.0;
 
@@ -78,7 +79,7 @@ pub(crate) fn colour(samples: &[f64], turn: f64) -> Option<Colour> {
 fn believed(bands: &[Band], turn: f64, block: usize) -> Option<Colour> {
     let (white, _) = fitted(bands, turn, block, None);
     let (coloured, colour) = coloured(bands, turn, block)?;
-    (white - coloured > MARGIN).then_some(colour)
+    (white - coloured > BELIEVED).then_some(colour)
 }
 
 /// The same in the `residuals` of a model, means of `block` samples, where the record itself shows none: a
