@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 pub const FITTED_SHARE: f64 = 0.65;
 
 /// Share of the amplitude that may be left where a model mostly explains a record.
-const SMALL: f64 = 0.01;
+const SMALL_RESIDUAL: f64 = 0.01;
 /// The same of the plain model's mean square.
 pub(super) const MOST_LEFT: f64 = 0.25;
 
@@ -110,7 +110,7 @@ impl Left {
         match (is_explained, effects.is_empty()) {
             (true, true) => Status::Adequate,
             (true, false) => Status::Explained,
-            (false, _) if self.share_of_amplitude < SMALL => Status::MostlyExplained,
+            (false, _) if self.share_of_amplitude < SMALL_RESIDUAL => Status::MostlyExplained,
             (false, _) if more && self.share_of_misfit < MOST_LEFT => Status::MostlyExplained,
             (false, _) => Status::Unexplained,
         }

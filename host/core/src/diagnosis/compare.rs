@@ -20,7 +20,7 @@ const FREQUENCY_BINS: usize = 24;
 /// Highest frequency of the residual's spectrum shown, in multiples of the natural frequency.
 const HIGHEST: f64 = 6.0;
 /// Half width of the local parabola from which the residual's curvature is estimated, in cycles.
-const HALF_WIDTH: f64 = 0.12;
+const HALF_WIDTH_CYCLES: f64 = 0.12;
 
 /// Residual (record less model) where it is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -231,7 +231,7 @@ fn missing_moments(
 ) -> Vec<Missing> {
     let (wn, zeta) = (model.parameters[0], model.parameters[1]);
     let h = decay.grid.step_s;
-    let half = ((HALF_WIDTH * decay.per_cycle()) as usize).max(1);
+    let half = ((HALF_WIDTH_CYCLES * decay.per_cycle()) as usize).max(1);
     if residual.len() <= 2 * half {
         return Vec::new();
     }

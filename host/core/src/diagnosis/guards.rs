@@ -13,7 +13,7 @@ const AT_BOUND: f64 = 0.01;
 /// Correlation of two numbers from which on only one combination of them is known.
 const CANCELLING: f64 = 0.9995;
 /// Amplitudes between the smallest and the largest at which damping is looked at, and angles in a cycle.
-const AMPLITUDES: usize = 12;
+const LOSS_AMPLITUDES: usize = 12;
 const PHASES: usize = 200;
 /// Damping ratio below zero that cannot be distinguished from none.
 const NEGATIVE: f64 = -1e-4;
@@ -167,8 +167,8 @@ fn feeding(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
     }
     let zeta = model.damping_ratio();
     let effects = &model.structure.effects;
-    for k in 0..=AMPLITUDES {
-        let amplitude = least * (largest / least).powf(k as f64 / AMPLITUDES as f64);
+    for k in 0..=LOSS_AMPLITUDES {
+        let amplitude = least * (largest / least).powf(k as f64 / LOSS_AMPLITUDES as f64);
         let each = losses(model, amplitude);
         let total = zeta.value + each.iter().sum::<f64>();
         if total < NEGATIVE {

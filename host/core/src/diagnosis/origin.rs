@@ -10,7 +10,7 @@ use yawrig_shared::axis::Axis;
 const THERE: f64 = 5.0;
 /// A relative difference as small as this is the same coefficient, however well both are known: the model of
 /// an effect is not exact.
-const SAME: f64 = 0.10;
+const SAME_STRENGTH: f64 = 0.10;
 /// Wind off, a coefficient that may be no larger than this share of the wind-on one is not there.
 const ABSENT: f64 = 0.5;
 
@@ -126,7 +126,7 @@ pub(crate) fn decide(seen: &[Seen], unit: &str) -> (Origin, String) {
     let both = format!("{off} {unit} with the wind off, {on} with it on");
     let least = off.value.abs() + 2.0 * off.u;
     let is_absent = off.value.abs() <= CHANCE * off.u && least < ABSENT * on.value.abs()
-        || least < SAME * on.value.abs();
+        || least < SAME_STRENGTH * on.value.abs();
     if is_absent && is_there(on) {
         return match growth(seen) {
             None => (Origin::Aerodynamic, format!("{both}; one wind speed: growth is not tested")),
@@ -140,7 +140,7 @@ pub(crate) fn decide(seen: &[Seen], unit: &str) -> (Origin, String) {
         return undecided(format!("{both}: too uncertain"));
     }
     let change = 100.0 * difference.value / off.value;
-    if difference.value.abs() <= (CHANCE * difference.u).max(SAME * off.value.abs()) {
+    if difference.value.abs() <= (CHANCE * difference.u).max(SAME_STRENGTH * off.value.abs()) {
         return (Origin::Mechanical, format!("{both}: the same ({change:+.1} %)"));
     }
     undecided(format!("{both}: there in both, but not the same ({change:+.1} %)"))

@@ -7,7 +7,7 @@ use crate::fit::pieces::{fit_state, Piece, Pieces};
 use crate::fit::segments::{fit_pieces, PieceFit, ROUGH};
 
 /// Steps of a fit to a part of the pieces, from the fit to all.
-const STEPS: usize = 8;
+const PREDICTION_STEPS: usize = 8;
 /// Error at which a prediction counts as lost, as a share of the amplitude.
 const LOST: f64 = 1.0;
 /// Standard errors by which the larger model has to predict better.
@@ -81,7 +81,8 @@ impl Prediction {
             (0..pieces.count()).partition(|k| predicted(*k));
         let fitted: Vec<&Piece> = others.iter().map(|&k| &pieces.decays[k]).collect();
         let begin: Vec<[f64; 2]> = others.iter().map(|&k| states[k]).collect();
-        let fit = fit_pieces(&fitted, &model.structure, &model.common, &begin, ROUGH, STEPS);
+        let fit =
+            fit_pieces(&fitted, &model.structure, &model.common, &begin, ROUGH, PREDICTION_STEPS);
         for k in those {
             let piece = &pieces.decays[k];
             let (_, squares) = fit_state(piece, &fit.structure, &fit.common, states[k]);

@@ -35,7 +35,7 @@ use nalgebra::{DMatrix, DVector};
 /// Gain of evidence (in ln) above which a discrepancy is believed where the residual may be noise: half of
 /// the difference of BIC that effects need. Where it is more than the noise something is missing, and the
 /// likeliest is taken.
-const BELIEVED: f64 = 0.5 * crate::bic::MARGIN;
+const LAW_BELIEVED: f64 = 0.5 * crate::bic::MARGIN;
 /// Share of residuals that count while their correlation is not known yet.
 const AT_FIRST: f64 = 0.2;
 
@@ -84,7 +84,7 @@ impl Discrepancy {
 /// where it lacks nothing that shows: too few residuals as well, or numbers that they do not determine.
 pub(crate) fn of(releases: &[Observed], numbers: usize, may_be_noise: bool) -> Option<Discrepancy> {
     let sums = Sums::new(releases, numbers)?;
-    let needed = if may_be_noise { BELIEVED } else { 0.0 };
+    let needed = if may_be_noise { LAW_BELIEVED } else { 0.0 };
     let first = sums.likeliest(AT_FIRST, needed)?;
     let share = independent_share(correlation(&sums.left(releases, &first)));
     let law = sums.likeliest(share, needed)?;

@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 
 /// Logarithms (to 10) of the sizes that are tried: variance that the moment adds to a cycle's mean within a
 /// cycle, over that of the mean's noise.
-const SIZES: std::ops::RangeInclusive<i32> = -4..=8;
+const MOMENT_SIZES: std::ops::RangeInclusive<i32> = -4..=8;
 /// Frequencies, over that of the oscillation, at which its noise is seen: below it the zero wanders, and
 /// far above it noise has another density.
 const BETWEEN: [f64; 2] = [1.5, 2.5];
@@ -124,7 +124,7 @@ pub(super) fn tried(releases: &[Observed], numbers: usize) -> Vec<Tried> {
         let sums = Sums::new(&rows, numbers)?;
         Some(Tried { size, cost: sums.elimination + logs.iter().sum::<f64>(), sums })
     };
-    std::iter::once(0.0).chain(SIZES.map(|size| 10f64.powi(size))).filter_map(of).collect()
+    std::iter::once(0.0).chain(MOMENT_SIZES.map(|size| 10f64.powi(size))).filter_map(of).collect()
 }
 
 /// What the cycles' means tell of a random moment.
@@ -141,7 +141,7 @@ impl Shaken {
     pub(super) fn of(tried: &[Tried], deviations: &DVector<f64>, none: f64) -> Option<Self> {
         let of = |Tried { size, sums, cost }: &Tried| {
             let (evidence, found) = sums.evidence(deviations.clone(), 1.0)?;
-            let prior = if *size == 0.0 { none + (SIZES.count() as f64).ln() } else { 0.0 };
+            let prior = if *size == 0.0 { none + (MOMENT_SIZES.count() as f64).ln() } else { 0.0 };
             Some([evidence - cost + prior, size * found.noise])
         };
         let known = |each: &[f64; 2]| each.iter().all(|v| v.is_finite());

@@ -4,14 +4,14 @@ use crate::effects::{Moment, State};
 use crate::motion::simulate::{readings_of_all, Grid, Motion};
 
 /// Shapes of the restoring moment, then of the dissipation.
-pub(crate) const SHAPES: usize = STIFFNESS + DAMPING;
-pub(super) const STIFFNESS: usize = 5;
-const DAMPING: usize = 4;
+pub(crate) const SHAPES: usize = STIFFNESS_SHAPES + DAMPING_SHAPES;
+pub(super) const STIFFNESS_SHAPES: usize = 5;
+const DAMPING_SHAPES: usize = 4;
 /// Shapes end where the record does: beyond it they are held.
-const REACH: f64 = 1.2;
+const SHAPES_REACH: f64 = 1.2;
 /// Rate, as a share of the largest, over which dry friction changes its sign: a twentieth of the smallest
 /// amplitudes that are analysed as a rule (a tenth of the largest).
-const JUMP: f64 = 0.005;
+const JUMP_RATE: f64 = 0.005;
 
 /// A moment beside the model's effects: which, its strength (rad/s2), the largest angle and rate, and the
 /// rest angle.
@@ -36,7 +36,8 @@ pub(crate) fn add_shape(motion: &mut Motion, which: usize, strength: f64, yaw_ra
 /// Of the angle Legendre's polynomials less their tangent at zero, and abs(b) b; of the rate Chebyshev's less
 /// theirs, abs(r) r, and dry friction.
 fn shape(which: usize, angle: f64, rate: f64) -> f64 {
-    let (u, v) = (angle.clamp(-REACH, REACH), rate.clamp(-REACH, REACH));
+    let (u, v) =
+        (angle.clamp(-SHAPES_REACH, SHAPES_REACH), rate.clamp(-SHAPES_REACH, SHAPES_REACH));
     let (u2, v2) = (u * u, v * v);
     match which {
         0 => 1.5 * u2,
@@ -47,7 +48,7 @@ fn shape(which: usize, angle: f64, rate: f64) -> f64 {
         5 => 4.0 * v2 * v,
         6 => v2 * v * (16.0 * v2 - 20.0),
         7 => v.abs() * v,
-        _ => v / (v2 + JUMP * JUMP).sqrt(),
+        _ => v / (v2 + JUMP_RATE * JUMP_RATE).sqrt(),
     }
 }
 

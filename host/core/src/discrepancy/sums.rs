@@ -1,15 +1,15 @@
 //! Residuals and derivatives as sums, and the evidence of a smooth moment of some size.
 
-use super::shapes::{order, SHAPES, STIFFNESS};
+use super::shapes::{order, SHAPES, STIFFNESS_SHAPES};
 use super::swing::Swing;
 use crate::solver::{Normal, Rows};
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
 /// Sizes tried, as shares of the spring's moment: from a millionth to all of it, even in the logarithm.
-const SIZES: usize = 20;
+const LAW_SIZES: usize = 20;
 const SMALLEST: f64 = 1e-6;
 /// Rounds in which strengths and noise settle.
-const ROUNDS: usize = 4;
+const NOISE_ROUNDS: usize = 4;
 /// Residual over the noise beyond which it is more than noise, whose floor is known to some six per cent.
 pub(crate) const ABOVE_NOISE: f64 = 1.1;
 
@@ -153,7 +153,7 @@ impl Sums {
         };
         // Strengths that explain more leave less noise, which settles in a few rounds.
         let mut noise = self.squares / freedom;
-        for _ in 0..ROUNDS {
+        for _ in 0..NOISE_ROUNDS {
             noise = at(noise)?.2.max(f64::MIN_POSITIVE) / freedom;
         }
         let (posterior, own, left) = at(noise)?;
@@ -170,15 +170,15 @@ impl Sums {
     pub(super) fn likeliest(&self, share: f64, needed: f64) -> Option<Likeliest> {
         let size = |step: usize| match step {
             0 => 0.0,
-            _ => SMALLEST.powf(1.0 - (step - 1) as f64 / (SIZES - 1) as f64),
+            _ => SMALLEST.powf(1.0 - (step - 1) as f64 / (LAW_SIZES - 1) as f64),
         };
         let deviations = |stiffness: usize, damping: usize| {
             DVector::from_fn(SHAPES, |k, _| {
-                size(if k < STIFFNESS { stiffness } else { damping }) / order(k)
+                size(if k < STIFFNESS_SHAPES { stiffness } else { damping }) / order(k)
             })
         };
         let (none, plain) = self.evidence(deviations(0, 0), share)?;
-        let steps = (0..=SIZES).flat_map(|k| (0..=SIZES).map(move |d| (k, d)));
+        let steps = (0..=LAW_SIZES).flat_map(|k| (0..=LAW_SIZES).map(move |d| (k, d)));
         let best = steps
             .filter_map(|(k, d)| {
                 let cost = needed * f64::from(u8::from(k > 0) + u8::from(d > 0));

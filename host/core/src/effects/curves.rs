@@ -10,7 +10,7 @@ const YAW_POWER: i32 = 1;
 /// Power of the distance between knots with which a bend there costs: where knots are near, the law may bend.
 const LOCAL: f64 = 2.5;
 /// Least distance between knots that are moved to where a law bends, as a share of the mean.
-const NEAREST: f64 = 0.1;
+const NEAREST_KNOTS: f64 = 0.1;
 /// Density of knots: the curvature to this power, and a share of the mean everywhere.
 const CURVATURE_POWER: f64 = 0.5;
 const EVERYWHERE: f64 = 0.2;
@@ -212,7 +212,7 @@ fn rounded(x: f64) -> f64 {
 
 /// Knots that are too near to each other moved apart.
 fn apart(mut knots: Knots) -> Knots {
-    let least = NEAREST / KNOTS as f64;
+    let least = NEAREST_KNOTS / KNOTS as f64;
     let mut before = 0.0;
     for x in &mut knots {
         *x = x.max(before + least);

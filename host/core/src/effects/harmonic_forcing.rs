@@ -6,7 +6,7 @@ use super::terms::Terms;
 pub(super) struct HarmonicForcing;
 
 /// Forcing nearer to the natural frequency than this share cannot be distinguished from the free decay.
-const NEAREST: f64 = 0.1;
+const NEAREST_LINE: f64 = 0.1;
 
 impl Law for HarmonicForcing {
     fn id(&self) -> &'static str {
@@ -20,7 +20,7 @@ impl Law for HarmonicForcing {
     }
 
     fn line(&self) -> Option<LineParameters> {
-        Some(LineParameters { size: 0, frequency: 1, phase: 2, damping: None, nearest: NEAREST, slowest: 0.05 })
+        Some(LineParameters { size: 0, frequency: 1, phase: 2, damping: None, nearest: NEAREST_LINE, slowest: 0.05 })
     }
 
     fn sizes(&self, scale: &Scale) -> Vec<f64> {
@@ -31,7 +31,7 @@ impl Law for HarmonicForcing {
     /// A line that lasts shows best in the second half, where the free decay has died down.
     fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
         let half = &seen.residuals_rad[seen.residuals_rad.len() / 2..];
-        let lines = seen.lines(&[half, seen.residuals_rad], NEAREST, NEAREST);
+        let lines = seen.lines(&[half, seen.residuals_rad], NEAREST_LINE, NEAREST_LINE);
         lines.into_iter().map(|w| vec![0.0, 0.0, w]).collect()
     }
 

@@ -20,7 +20,7 @@ use std::sync::Arc;
 
 /// Energy that a dissipation with its line taken out may put in, as a share of its largest value: nil is
 /// taken instead.
-const LITTLE: f64 = 0.02;
+const LITTLE_OFF: f64 = 0.02;
 
 /// The identifier of a measured law.
 pub const MEASURED_LAW: &str = "measured_law";
@@ -113,7 +113,7 @@ impl MeasuredLaw {
         for (d, knot) in d.iter_mut().zip(self.knots[Part::Damping as usize]) {
             *d -= rise * knot;
             if self.dissipative && *d < 0.0 {
-                if *d < -LITTLE * most {
+                if *d < -LITTLE_OFF * most {
                     return None;
                 }
                 *d = 0.0;

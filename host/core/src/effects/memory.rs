@@ -6,7 +6,7 @@
 use super::padded::{padded, MOST_NUMBERS};
 
 /// Half cycles at one amplitude after which a state has forgotten how the swing began.
-const SETTLED: usize = 12;
+const FORGOTTEN_AFTER: usize = 12;
 
 /// A moment that depends on the way the angle came.
 pub(crate) trait Memory {
@@ -57,7 +57,7 @@ impl Memories {
         let out = -amplitude.copysign(way);
         let state = |m: &Remembered| {
             let first = (m.moved)(&m.p, 0.0, out);
-            let turns = if swinging { SETTLED } else { 0 };
+            let turns = if swinging { FORGOTTEN_AFTER } else { 0 };
             (0..turns).fold(first, |z, _| {
                 let across = (m.moved)(&m.p, z, -2.0 * out);
                 (m.moved)(&m.p, across, 2.0 * out)

@@ -8,7 +8,7 @@ use super::terms::{Reading, Rotation, Terms};
 pub(super) struct SecondMode;
 
 /// Nearer than this share to the yaw mode, or to standing still, it imitates whatever varies slowly,
-const NEAREST: f64 = 0.3;
+const NEAREST_MODE: f64 = 0.3;
 /// unless one mode alone leaves this share of the amplitude, as beats do, and the record parts the two: by so
 /// many turns.
 const BEATS: f64 = 0.08;
@@ -42,8 +42,8 @@ impl Law for SecondMode {
             phase: 1,
             frequency: 2,
             damping: Some(3),
-            nearest: NEAREST,
-            slowest: NEAREST,
+            nearest: NEAREST_MODE,
+            slowest: NEAREST_MODE,
         })
     }
 
@@ -54,7 +54,7 @@ impl Law for SecondMode {
     fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
         let count = (EARLY_CYCLES * seen.per_cycle) as usize;
         let early = &seen.residuals_rad[..count.min(seen.residuals_rad.len())];
-        let mut lines = seen.lines(&[early, seen.residuals_rad], NEAREST, NEAREST);
+        let mut lines = seen.lines(&[early, seen.residuals_rad], NEAREST_MODE, NEAREST_MODE);
         lines.extend(beating(seen));
         lines.into_iter().map(|w| vec![0.0, 0.0, w, START_DAMPING]).collect()
     }
@@ -89,7 +89,7 @@ fn beating(seen: &Seen) -> Vec<f64> {
     }
     let wn = seen.natural_frequency_rad_s;
     let apart = RESOLVED_TURNS * std::f64::consts::TAU / (n * seen.step_s);
-    let sides = [(wn + apart, (1.0 + NEAREST) * wn), ((1.0 - NEAREST) * wn, wn - apart)];
+    let sides = [(wn + apart, (1.0 + NEAREST_MODE) * wn), ((1.0 - NEAREST_MODE) * wn, wn - apart)];
     let strongest = lines::strongest(seen.residuals_rad, seen.step_s, sides);
     let found = sides.into_iter().zip(strongest);
     found.filter(|((from, to), _)| from < to).map(|(_, strongest)| strongest).collect()

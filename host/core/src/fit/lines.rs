@@ -9,7 +9,7 @@ use std::f64::consts::{LN_2, PI, TAU};
 /// Natural frequencies from which on a line is none of the motion.
 const FROM: f64 = 10.0;
 /// Power over the neighbourhood's, far beyond what noise reaches.
-const OVER_NOISE: f64 = 60.0;
+const POWER_OVER_NOISE: f64 = 60.0;
 /// Bins of the neighbourhood to each side.
 const NEIGHBOURS: usize = 200;
 /// Parts of the record in which a line has the same amplitude and phase, to this share of the amplitude.
@@ -85,7 +85,7 @@ fn strongest(samples: &[f64], from: f64) -> Option<usize> {
         let level = median(&mut around) / LN_2;
         for (bin, power) in power.iter().enumerate().take(to).skip(from) {
             let over = power / level;
-            if over > OVER_NOISE && best.is_none_or(|b| over > b.0) {
+            if over > POWER_OVER_NOISE && best.is_none_or(|b| over > b.0) {
                 best = Some((over, bin));
             }
         }

@@ -35,7 +35,7 @@ const HARMONICS: usize = 8;
 const CORRELATIONS: (f64, f64) = (0.15, 0.97);
 const GRID: usize = 36;
 /// Gain of the fit above which a part is believed: twice a log likelihood.
-const BELIEVED: f64 = 14.0;
+const PART_BELIEVED: f64 = 14.0;
 /// Deviations beyond this many of their standard deviations count ever less.
 const ROBUST: f64 = 3.0;
 
@@ -79,7 +79,7 @@ pub(crate) fn colour(samples: &[f64], turn: f64) -> Option<Colour> {
 fn believed(bands: &[Band], turn: f64, block: usize) -> Option<Colour> {
     let (white, _) = fitted(bands, turn, block, None);
     let (coloured, colour) = coloured(bands, turn, block)?;
-    (white - coloured > BELIEVED).then_some(colour)
+    (white - coloured > PART_BELIEVED).then_some(colour)
 }
 
 /// The same in the `residuals` of a model, means of `block` samples, where the record itself shows none: a

@@ -6,7 +6,7 @@ use crate::statistics::{rms_of_sixths, rms_of_thirds};
 use std::f64::consts::TAU;
 
 /// Fewest means a cycle for which sixth differences leave next to nothing of the oscillation.
-const FINE: f64 = 40.0;
+const FINE_MEANS: f64 = 40.0;
 /// Difference between two estimates of the noise that their scatter explains.
 const AGREE: f64 = 0.25;
 
@@ -46,7 +46,7 @@ pub(crate) fn noise(
             };
             // Of a coarse record differences hold some of the oscillation, and what its modes leave some
             // misfit: each is the noise or more.
-            let is_fine = TAU / radians_per_sample / block as f64 >= FINE;
+            let is_fine = TAU / radians_per_sample / block as f64 >= FINE_MEANS;
             (sample, if is_fine { mean } else { mean.min(left / (block as f64).sqrt()) })
         }
     };

@@ -10,7 +10,7 @@ use std::ops::{Deref, Range};
 /// Share of a cycle from which a piece's first state is estimated.
 const BEGINNING: f64 = 0.15;
 /// Gain of a step, as a share of the sum of squares, below which a state is found.
-const SETTLED: f64 = 1e-6;
+const STATE_SETTLED: f64 = 1e-6;
 
 /// Where a release has its own numbers among the common ones of a fit to several: behind the first release's
 /// wn, zeta and rest angle, before the effects.
@@ -220,11 +220,11 @@ pub(crate) fn fit_state(
             let gain = s - there.2;
             (best, h, g, s) = (trial, there.0, there.1, there.2);
             damping *= 0.1;
-            if gain < SETTLED * s {
+            if gain < STATE_SETTLED * s {
                 break;
             }
         } else {
-            if step.dot(&g) < SETTLED * s {
+            if step.dot(&g) < STATE_SETTLED * s {
                 break;
             }
             damping = (damping * 10.0).max(1e-4);

@@ -20,7 +20,7 @@ pub(crate) const ROUGH: f64 = 1e-3;
 /// The same of one whose numbers models are compared by.
 pub(crate) const SETTLED: f64 = 1e-4;
 /// Share of a matrix' diagonal that keeps it definite.
-const ROUNDING: f64 = 1e-12;
+const KEEPS_DEFINITE: f64 = 1e-12;
 /// Steps of a fit to longer pieces; it is continued at the next level.
 pub(crate) const STEPS: usize = 40;
 /// Steps of a fit from one of several starts, the best of which is gone on with.
@@ -192,7 +192,7 @@ impl<'a> Fit<'a> {
         let (mut damped, g) = self.reduced(here, damping);
         for k in 0..n {
             let own = damped[(k, k)];
-            damped[(k, k)] += damping * own.max(1e-30) + ROUNDING * own;
+            damped[(k, k)] += damping * own.max(1e-30) + KEEPS_DEFINITE * own;
         }
         let moved = step_within(&damped, &g, &|k| {
             let (low, high) = self.bounds[self.free[k]];

@@ -236,13 +236,13 @@ pub struct AtAmplitude {
 }
 
 /// Amplitudes at which wn and zeta are given.
-const AMPLITUDES: usize = 7;
+const AMPLITUDES_GIVEN: usize = 7;
 
 impl AtAmplitude {
     /// Amplitudes from the `first` to the `last` at which they are given: geometric, both among them.
     pub(crate) fn amplitudes(first: f64, last: f64) -> impl Iterator<Item = f64> {
-        (0..AMPLITUDES)
-            .map(move |k| first * (last / first).powf(k as f64 / (AMPLITUDES - 1) as f64))
+        (0..AMPLITUDES_GIVEN)
+            .map(move |k| first * (last / first).powf(k as f64 / (AMPLITUDES_GIVEN - 1) as f64))
     }
 
     /// At `amplitude_deg`, in proportion to its logarithm between the two nearest of `all`, whose amplitudes

@@ -8,7 +8,7 @@ use super::samples::Stretch;
 use crate::solver::{Problem, Rows};
 
 /// Samples handled at a time.
-const BLOCK: usize = 128;
+const SAMPLES_AT_A_TIME: usize = 128;
 
 /// A mode with its time origin. Angles in deg.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,7 +91,7 @@ pub struct DampedSinusoid<'a> {
 }
 
 impl DampedSinusoid<'_> {
-    /// e^(-s t) cos w t and e^(-s t) sin w t for one block. On an even grid a table of BLOCK powers is turned
+    /// e^(-s t) cos w t and e^(-s t) sin w t for one block. On an even grid a table of SAMPLES_AT_A_TIME powers is turned
     /// by the block's own factor: two roundings per sample and no recurrence that could drift.
     fn basis(&self, at: usize, p: &[f64], table: &Option<Table>, basis: &mut Basis) {
         let [.., decay, frequency] = numbers(p);
@@ -123,8 +123,9 @@ impl DampedSinusoid<'_> {
     fn table(&self, p: &[f64]) -> Option<Table> {
         let [.., decay, frequency] = numbers(p);
         self.stretch.uniform.then(|| {
-            let mut table = Table { cosine: [0.0; BLOCK], sine: [0.0; BLOCK] };
-            for j in 0..BLOCK.min(self.stretch.len()) {
+            let mut table =
+                Table { cosine: [0.0; SAMPLES_AT_A_TIME], sine: [0.0; SAMPLES_AT_A_TIME] };
+            for j in 0..SAMPLES_AT_A_TIME.min(self.stretch.len()) {
                 let t = j as f64 * self.stretch.step_s;
                 let e = (-decay * t).exp();
                 let (s, c) = (frequency * t).sin_cos();
@@ -144,7 +145,7 @@ impl DampedSinusoid<'_> {
         let mut basis = Basis::new();
         while out.len() < self.stretch.len() {
             let at = out.len();
-            basis.len = BLOCK;
+            basis.len = SAMPLES_AT_A_TIME;
             self.basis(at, &p, &table, &mut basis);
             for j in 0..basis.len {
                 let model = cosine * basis.cosine[j] + sine * basis.sine[j] + offset;
@@ -161,21 +162,21 @@ fn numbers(p: &[f64]) -> [f64; 5] {
 }
 
 struct Table {
-    cosine: [f64; BLOCK],
-    sine: [f64; BLOCK],
+    cosine: [f64; SAMPLES_AT_A_TIME],
+    sine: [f64; SAMPLES_AT_A_TIME],
 }
 
 struct Basis {
     len: usize,
-    time: [f64; BLOCK],
-    cosine: [f64; BLOCK],
-    sine: [f64; BLOCK],
+    time: [f64; SAMPLES_AT_A_TIME],
+    cosine: [f64; SAMPLES_AT_A_TIME],
+    sine: [f64; SAMPLES_AT_A_TIME],
 }
 
 impl Basis {
     fn new() -> Self {
-        let zero = [0.0; BLOCK];
-        Self { len: BLOCK, time: zero, cosine: zero, sine: zero }
+        let zero = [0.0; SAMPLES_AT_A_TIME];
+        Self { len: SAMPLES_AT_A_TIME, time: zero, cosine: zero, sine: zero }
     }
 }
 
@@ -189,11 +190,11 @@ impl Problem for DampedSinusoid<'_> {
         let table = self.table(p);
         let mut basis = Basis::new();
         let (mut residual, mut by_decay, mut by_frequency) =
-            ([0.0; BLOCK], [0.0; BLOCK], [0.0; BLOCK]);
-        let ones = [1.0; BLOCK];
+            ([0.0; SAMPLES_AT_A_TIME], [0.0; SAMPLES_AT_A_TIME], [0.0; SAMPLES_AT_A_TIME]);
+        let ones = [1.0; SAMPLES_AT_A_TIME];
         let mut at = 0;
         while at < self.stretch.len() {
-            basis.len = BLOCK;
+            basis.len = SAMPLES_AT_A_TIME;
             self.basis(at, p, &table, &mut basis);
             let n = basis.len;
             let y = &self.stretch.yaw_deg[at..at + n];

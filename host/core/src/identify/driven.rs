@@ -30,7 +30,7 @@ const RETURNS_AFTER: f64 = 1.8;
 /// Most points that are looked at: of a longer envelope every second, third, ...
 const MOST_POINTS: usize = 8192;
 /// Loss of amplitude while it is kept up, over what noise makes of it.
-const OVER_NOISE: f64 = 6.0;
+const LOSS_OVER_NOISE: f64 = 6.0;
 
 impl Search<'_> {
     /// The time until which the model was driven; none where its decay begins otherwise.
@@ -93,7 +93,7 @@ impl Search<'_> {
         let [early, late] = [fall(k - before..k + 1)?, fall(begun..fallen + 1)?];
         let latest = fall(k - before / 2..k + 1)?;
         let expected = -late[1] * before as f64;
-        let is_seen = expected > OVER_NOISE * self.amplitude_noise();
+        let is_seen = expected > LOSS_OVER_NOISE * self.amplitude_noise();
         // Behind a push it would fall already.
         let slowest = early[1].min(latest[1]);
         let stands = -slowest < LEAST_CHANGE * -late[1] && is_seen;

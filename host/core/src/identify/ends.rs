@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 const MISFIT_SHARE: f64 = 0.12;
 const MISFIT_NOISE: f64 = 6.0;
 /// Amplitude over noise beyond which a hand, a push and a swing are distinguished from a wandering zero.
-const CLEAR: f64 = 20.0;
+const CLEAR_SWING: f64 = 20.0;
 /// Left out after a release, in cycles: the catch takes some time to let go.
 const GUARD_CYCLES: f64 = 0.02;
 /// Fall of the amplitude within a cycle that no damping in range explains (damping ratio 0.15).
@@ -128,7 +128,7 @@ impl Search<'_> {
     /// Whether a hand, a push and a swing can be distinguished: far above the noise.
     fn is_clear(&self, run: Run) -> bool {
         let amplitudes = (run.first..=run.last).map(|i| self.points[i].amplitude_deg);
-        amplitudes.fold(0.0, f64::max) > CLEAR * self.noise
+        amplitudes.fold(0.0, f64::max) > CLEAR_SWING * self.noise
     }
 
     /// Half a cycle from the largest amplitude, or later, where the model stands still after that: it was a

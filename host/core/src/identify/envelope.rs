@@ -8,16 +8,16 @@ use std::f64::consts::TAU;
 /// Highest frequency looked for, as a share of the sampling rate.
 const HIGHEST_SHARE: f64 = 0.35;
 /// Values that gaps are filled with, times the samples there are.
-const MOST_FILLED: f64 = 4.0;
+const MOST_INTERPOLATED: f64 = 4.0;
 /// Over the noise of a periodogram's bins, beyond the largest of them: what stands out by more is no noise.
-const STANDS_OUT: f64 = 3.0;
+const PEAK_STANDS_OUT: f64 = 3.0;
 /// An amplitude over what the sinusoid leaves of its own cycle, from which on there is an oscillation: a ramp
 /// comes to 1.8.
 const CLEAR: f64 = 2.0;
 /// Peaks nearer to each other are one.
-const SAME: f64 = 0.1;
+const SAME_PEAK: f64 = 0.1;
 /// Block means per cycle in which an oscillation is looked at.
-pub(super) const MEANS_PER_CYCLE: f64 = 24.0;
+pub(super) const ENVELOPE_MEANS_PER_CYCLE: f64 = 24.0;
 /// Points of the envelope per cycle.
 pub(crate) const POINTS_PER_CYCLE: usize = 8;
 
@@ -29,14 +29,14 @@ pub(crate) const POINTS_PER_CYCLE: usize = 8;
 pub(crate) fn strongest_frequency_rad_s(samples: &Samples<'_>) -> Option<f64> {
     // Where most of the time nothing was sampled, no finer than there are samples.
     let duration_s = samples.all().duration_s();
-    let finest_s = duration_s / (MOST_FILLED * samples.all().len() as f64);
+    let finest_s = duration_s / (MOST_INTERPOLATED * samples.all().len() as f64);
     let step_s = samples.rate_hz().recip().max(finest_s);
     let means = samples.all().block_means(1);
     let even = evenly(&means.time_s, &means.yaw_deg, step_s);
     // Twice the length at least, so that the peak is well sampled.
     let periodogram = Periodogram::of(&even, step_s, 2 * even.len());
     let range = 2.0 / duration_s..=HIGHEST_SHARE / step_s;
-    let floor = periodogram.noise(&range) * (STANDS_OUT + (even.len() as f64).ln());
+    let floor = periodogram.noise(&range) * (PEAK_STANDS_OUT + (even.len() as f64).ln());
     let mut peaks: Vec<f64> = Vec::new();
     for power in 0..3 {
         let weight = |hz: f64, of_bin: f64| if of_bin > floor { hz.powi(power) } else { 0.0 };
@@ -54,18 +54,18 @@ pub(crate) fn strongest_frequency_rad_s(samples: &Samples<'_>) -> Option<f64> {
         clear.map(|p| p.amplitude_deg.powi(2)).sum::<f64>()
     };
     let first = peaks[0];
-    if peaks.iter().all(|p| (p / first - 1.0).abs() < SAME) {
+    if peaks.iter().all(|p| (p / first - 1.0).abs() < SAME_PEAK) {
         return Some(first);
     }
     peaks.sort_by(f64::total_cmp);
-    peaks.dedup_by(|a, b| (*a / *b - 1.0).abs() < SAME);
+    peaks.dedup_by(|a, b| (*a / *b - 1.0).abs() < SAME_PEAK);
     let energies = peaks.iter().map(|p| (energy(*p), *p));
     energies.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, frequency)| frequency)
 }
 
 /// Samples in a block mean where the oscillation has this frequency.
 pub(super) fn block_of(samples: &Samples<'_>, frequency_rad_s: f64) -> usize {
-    (TAU / frequency_rad_s * samples.rate_hz() / MEANS_PER_CYCLE).floor().max(1.0) as usize
+    (TAU / frequency_rad_s * samples.rate_hz() / ENVELOPE_MEANS_PER_CYCLE).floor().max(1.0) as usize
 }
 
 /// Straight lines through (time, value) read off every `step`.

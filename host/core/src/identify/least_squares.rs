@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 
 /// Block means per cycle while the start is sought: the fit of a sinusoid loses under 1 % of what it could
 /// know.
-const MEANS_PER_CYCLE: f64 = 16.0;
+const START_MEANS_PER_CYCLE: f64 = 16.0;
 /// Cycles of the first horizon.
 const FIRST_HORIZON: f64 = 3.0;
 /// One more than there are parameters.
@@ -61,7 +61,7 @@ fn fit_from(stretch: &Stretch<'_>, start: &Mode, options: &Options) -> Option<Mo
 /// A mode near the minimum over all of `stretch`, from block means over lengthening horizons.
 fn start(stretch: &Stretch<'_>, frequency_rad_s: f64) -> Option<Mode> {
     let period = TAU / frequency_rad_s;
-    let block = (period / stretch.step_s / MEANS_PER_CYCLE).floor().max(1.0) as usize;
+    let block = (period / stretch.step_s / START_MEANS_PER_CYCLE).floor().max(1.0) as usize;
     let means = stretch.block_means(block);
     let none = vec![false; means.len()];
     let means = means.stretch(&none);

@@ -10,25 +10,25 @@ const NOISE_FACTOR: f64 = 12.0;
 const LEAST_OF_RANGE: f64 = 1e-3;
 /// Times that samples left out are put on the curve of their neighbours, which may have been left out as
 /// well.
-const SWEEPS: usize = 30;
+const SPIKE_SWEEPS: usize = 30;
 /// Samples the median is taken over: a run of up to two wild ones is seen.
-const NEIGHBOURS: usize = 5;
+const MEDIAN_OF: usize = 5;
 
 /// Leaves out samples that stand off from the median of their five neighbours by more than noise and the
 /// signal's own curvature explain. A record sampled too coarsely for that loses none; the fits look again.
 pub(crate) fn exclude_spikes(samples: &mut Samples<'_>) {
     let yaw = samples.all().yaw_deg;
     let n = yaw.len();
-    if n < 4 * NEIGHBOURS {
+    if n < 4 * MEDIAN_OF {
         return;
     }
-    let half = NEIGHBOURS / 2;
+    let half = MEDIAN_OF / 2;
     // At the ends the five outermost samples serve, so that a wild first sample does not stand for its own
     // median.
     let middle: Vec<f64> = (0..n)
         .map(|k| {
-            let from = k.saturating_sub(half).min(n - NEIGHBOURS);
-            median_of_five(&yaw[from..from + NEIGHBOURS])
+            let from = k.saturating_sub(half).min(n - MEDIAN_OF);
+            median_of_five(&yaw[from..from + MEDIAN_OF])
         })
         .collect();
     let off: Vec<f64> = yaw.iter().zip(&middle).map(|(y, m)| (y - m).abs()).collect();
@@ -40,7 +40,7 @@ pub(crate) fn exclude_spikes(samples: &mut Samples<'_>) {
     };
     // Where a cycle has hardly five samples, every one stands off from its neighbours.
     let coarse = |k: usize| {
-        let near = &yaw[k.saturating_sub(NEIGHBOURS)..(k + NEIGHBOURS + 1).min(n)];
+        let near = &yaw[k.saturating_sub(MEDIAN_OF)..(k + MEDIAN_OF + 1).min(n)];
         let mut steps: Vec<f64> = near.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
         3.0 * median(&mut steps)
     };
@@ -76,7 +76,7 @@ fn off_the_curve(time_s: &[f64], mut yaw: Vec<f64>, wild: Vec<usize>, least: f64
     let mut offs = vec![0.0; n];
     loop {
         // On the curve, as far as their neighbours are.
-        for _ in 0..SWEEPS {
+        for _ in 0..SPIKE_SWEEPS {
             for &k in found.iter().filter(|&&k| is_even(k)) {
                 yaw[k] -= off(&yaw, k);
             }

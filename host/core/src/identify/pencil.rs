@@ -17,10 +17,10 @@ pub(crate) struct Pole {
 /// Empty where the stretch is too short or holds no oscillation.
 pub(crate) fn poles(values: &[f64], step_s: f64) -> Vec<Pole> {
     // A pair of poles for the mode and a real one for the offset.
-    const ORDER: usize = 3;
+    const POLES: usize = 3;
     let n = values.len();
     let pencil = n / 2;
-    if pencil < ORDER || n - pencil < ORDER {
+    if pencil < POLES || n - pencil < POLES {
         return Vec::new();
     }
     let hankel = DMatrix::from_fn(n - pencil, pencil + 1, |i, j| values[i + j]);
@@ -28,7 +28,7 @@ pub(crate) fn poles(values: &[f64], step_s: f64) -> Vec<Pole> {
     let eigen = (hankel.transpose() * &hankel).symmetric_eigen();
     let mut order: Vec<usize> = (0..=pencil).collect();
     order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
-    let signal = eigen.eigenvectors.select_columns(&order[..ORDER]);
+    let signal = eigen.eigenvectors.select_columns(&order[..POLES]);
     let (upper, lower) = (signal.rows(0, pencil), signal.rows(1, pencil));
     let Some(inverse) = (upper.transpose() * upper).try_inverse() else { return Vec::new() };
     let shift = inverse * upper.transpose() * lower;

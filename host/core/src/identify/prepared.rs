@@ -30,7 +30,7 @@ const LARGEST_WANDER: f64 = 0.1;
 /// Rms of the residual about the oscillation's frequency, in what three-cycle fits leave there, above which a
 /// flag is set. Few bins are behind either: by chance 1 % of records of four cycles come here, of longer ones
 /// hardly any.
-const ABOVE_NOISE: f64 = 2.5;
+const MISFIT_OVER_NOISE: f64 = 2.5;
 /// Raw rms of a residual over that of the noise, which a reader sees to be more.
 const VISIBLE: f64 = 1.1;
 
@@ -328,7 +328,7 @@ impl Prepared<'_> {
         let rms_deg = (kept().map(|r| r * r).sum::<f64>() / kept().count() as f64).sqrt();
         let density =
             uncertainty::spectral_density(&stretch, &residuals, mode.damped_frequency_rad_s);
-        Misfit { rms_deg, above_noise: density > ABOVE_NOISE.powi(2) * self.density }
+        Misfit { rms_deg, above_noise: density > MISFIT_OVER_NOISE.powi(2) * self.density }
     }
 }
 

@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 /// A release is at least this share of the largest one.
-const LEAST_SHARE: f64 = 0.1;
+const LEAST_OF_LARGEST: f64 = 0.1;
 /// Where the free decay goes on, its amplitude is what it was; where it was released anew it is larger by
 /// more than this.
 const LEAST_JUMP: f64 = 1.5;
@@ -69,7 +69,7 @@ fn decays(record: &Record) -> Vec<Decay> {
     search(record, 0..record.len(), &mut decays);
     decays.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
     let largest = decays.iter().map(|d| d.first_deg).fold(0.0, f64::max);
-    decays.retain(|d| d.first_deg >= LEAST_SHARE * largest);
+    decays.retain(|d| d.first_deg >= LEAST_OF_LARGEST * largest);
     decays.dedup_by(|next, before| next.first_deg < LEAST_JUMP * before.last_deg);
     decays
 }

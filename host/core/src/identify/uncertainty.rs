@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// Bins on either side of the damped frequency over which the residual's spectrum is averaged.
-const HALF_WIDTH: usize = 12;
+const HALF_WIDTH_BINS: usize = 12;
 /// Fewest bins on either side: with three cycles nothing narrower holds enough.
 const LEAST_HALF_WIDTH: usize = 3;
 /// Means a cycle on which it is seen what a mode lacks, and the step by which a law is tried there.
@@ -202,7 +202,7 @@ pub(super) fn spectral_density(
 ) -> f64 {
     let duration = stretch.duration_s();
     let centre = (frequency_rad_s * duration / TAU).round().max(1.0) as usize;
-    let half = (centre / 2).clamp(LEAST_HALF_WIDTH, HALF_WIDTH);
+    let half = (centre / 2).clamp(LEAST_HALF_WIDTH, HALF_WIDTH_BINS);
     let highest = (0.45 * duration / stretch.step_s) as usize;
     let bins: Vec<usize> =
         (centre.saturating_sub(half).max(1)..=(centre + half).min(highest)).collect();

@@ -19,7 +19,7 @@ const WILD: f64 = 6.0;
 
 /// Multiples of a third of the oscillation's frequency at which the residual's spectrum is looked at: about
 /// the oscillation, which the fit has emptied, and clear of its harmonics.
-const NEIGHBOURS: [usize; 3] = [2, 4, 5];
+const NEIGHBOUR_BINS: [usize; 3] = [2, 4, 5];
 /// What fitting amplitude, phase, wn and zeta leaves of white noise there, in bins. Of the columns t cos and
 /// t sin 30 % of the power lie one bin off on either side and 8 % two bins off.
 const LEFT_OVER: f64 = 3.0 - 0.30 - 0.30 - 0.08;
@@ -119,7 +119,7 @@ pub(crate) fn windows(
         let stretch = samples.between(f.from_s, f.to_s);
         if let Some(window) = window(&stretch, &f.found) {
             let residuals = DampedSinusoid { stretch }.residuals_deg(&f.found.mode);
-            power += uncertainty::power(&stretch, &residuals, &NEIGHBOURS);
+            power += uncertainty::power(&stretch, &residuals, &NEIGHBOUR_BINS);
             variance += window.noise_deg.powi(2);
             out.push(window);
         }

@@ -37,7 +37,7 @@ const WHOLE_STEPS: usize = 60;
 /// Squares of a fit to the whole over those of long pieces, from which on the former has lost the phase.
 const PHASE_LOST: f64 = 2.0;
 /// Of a largest value that is reached once: the law's last knot.
-const REACH: f64 = 1.001;
+const LAST_KNOT: f64 = 1.001;
 
 /// A law as an equation of motion.
 #[derive(Clone, Debug)]
@@ -122,7 +122,7 @@ pub fn measure_showing(
     let mut trials = Trials::new(releases, &lengths, &structure, short.common.len());
     for scale in SCALES {
         let parts = FIRST.map(|(part, weight)| (part, scale * weight)).to_vec();
-        let law = MeasuredLaw::new(REACH * yaw, REACH * rate, parts, friction, dissipative);
+        let law = MeasuredLaw::new(LAST_KNOT * yaw, LAST_KNOT * rate, parts, friction, dissipative);
         let mut common = short.common.clone();
         common.extend(law.no_law());
         let fit = fit_all(releases, &lengths, &trials.with(&law), &common)?;

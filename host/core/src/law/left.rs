@@ -10,13 +10,13 @@ use std::f64::consts::TAU;
 const STRETCHES: usize = 300;
 /// Bins of the reading, and residuals that make one.
 const BINS: usize = 30;
-const LEAST: usize = 3;
+const LEAST_IN_BIN: usize = 3;
 /// Highest frequency shown, of the highest that is spoken of.
-const HIGHEST: f64 = 3.0;
+const HIGHEST_SHOWN: f64 = 3.0;
 /// Of loops: their amplitudes, of the release's; half cycles before one is closed; and points of each half.
-const AMPLITUDES: [f64; 3] = [1.0, 0.5, 0.25];
-const ROUNDS: usize = 12;
-const POINTS: usize = 40;
+const LOOP_AMPLITUDES: [f64; 3] = [1.0, 0.5, 0.25];
+const LOOP_HALF_CYCLES: usize = 12;
+const LOOP_POINTS: usize = 40;
 
 /// What the lines are over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,7 +49,7 @@ impl Left {
             Kind::Time | Kind::Randomness => (Over::Time, over_time(decay, residuals)),
             Kind::SecondFrequency => {
                 let w = beside.frequency_rad_s.unwrap_or_default().max(decay.frequency_rad_s);
-                (Over::Frequency, over_frequency(residuals, decay.grid.step_s, HIGHEST * w))
+                (Over::Frequency, over_frequency(residuals, decay.grid.step_s, HIGHEST_SHOWN * w))
             }
             Kind::Sensor => (Over::Reading, over_reading(&decay.yaw_rad, residuals)),
         };
@@ -59,18 +59,18 @@ impl Left {
     /// The loops of the memory in `fit`, which a law of angle and rate has no place for.
     pub fn memory(decay: &FreeDecay, fit: &Fitted) -> Self {
         let mut lines = Vec::new();
-        for amplitude_rad in AMPLITUDES.map(|share| share * decay.amplitude_rad) {
+        for amplitude_rad in LOOP_AMPLITUDES.map(|share| share * decay.amplitude_rad) {
             let mut memories = fit.motion().memories(0.0);
             let mut end = amplitude_rad;
-            for _ in 0..ROUNDS {
+            for _ in 0..LOOP_HALF_CYCLES {
                 memories.turn(end);
                 end = -end;
             }
             for end in [end, -end] {
                 // Out from where it turned last, and back.
                 memories.turn(-end);
-                let at = |k: usize| end * (2.0 * k as f64 / (POINTS - 1) as f64 - 1.0);
-                let mut x: Vec<f64> = (0..POINTS).map(at).collect();
+                let at = |k: usize| end * (2.0 * k as f64 / (LOOP_POINTS - 1) as f64 - 1.0);
+                let mut x: Vec<f64> = (0..LOOP_POINTS).map(at).collect();
                 let mut y: Vec<f64> = x.iter().map(|b| memories.moment(*b)).collect();
                 if end < 0.0 {
                     x.reverse();
@@ -119,7 +119,7 @@ fn over_reading(yaw_rad: &[f64], residuals: &[f64]) -> [Vec<f64>; 2] {
         *sum += residual;
     }
     let middle = |k: usize| low + (k as f64 + 0.5) / BINS as f64 * (high - low);
-    let filled = bins.iter().enumerate().filter(|(_, (count, _))| *count >= LEAST);
+    let filled = bins.iter().enumerate().filter(|(_, (count, _))| *count >= LEAST_IN_BIN);
     let points = filled.map(|(k, (count, sum))| (middle(k), sum / *count as f64));
     let (x, y) = points.unzip();
     [x, y]

@@ -23,7 +23,7 @@ use std::sync::Arc;
 const TRIED: usize = 12;
 /// Where the fit of a spring that yields begins: yield angles as shares of the largest, and its share of the
 /// stiffness.
-const YIELDS: [f64; 3] = [0.05, 0.2, 0.6];
+const YIELD_STARTS: [f64; 3] = [0.05, 0.2, 0.6];
 const YIELDING: f64 = 0.03;
 /// Ratio of errors up to which the two numbers of hysteresis predict as well as the many of a law.
 const AS_WELL: f64 = 1.1;
@@ -31,7 +31,7 @@ const AS_WELL: f64 = 1.1;
 /// with.
 const MOST_SQUARES: f64 = 4.0;
 /// Share of the squares missed without the law's stiffness that hysteresis in its place may leave.
-const LITTLE: f64 = 0.01;
+const LEFT_BY_MEMORY: f64 = 0.01;
 
 /// A formula fitted to the record in place of the law.
 #[derive(Clone, Debug)]
@@ -95,7 +95,7 @@ pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
     stop.check()?;
     let least =
         |a: &NameFit, b: &NameFit| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad());
-    let yields = YIELDS.par_iter().filter_map(|y| {
+    let yields = YIELD_STARTS.par_iter().filter_map(|y| {
         trial.fitted(Effect::with_memory(), &[YIELDING * wn * wn, y * found.law.yaw_rad])
     });
     let memory = yields.min_by(least);
@@ -254,7 +254,7 @@ impl Trial<'_> {
         }
         let left =
             (square(&with) - by_law) / (square(&predicted(&begun(&[law]))) - by_law).max(0.0);
-        !releases.first().stop.is_requested() && left < LITTLE
+        !releases.first().stop.is_requested() && left < LEFT_BY_MEMORY
     }
 
     /// `effect` in place of the law, fitted from `values` of what the fit varies.

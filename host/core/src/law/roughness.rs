@@ -17,10 +17,10 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
 
 /// Exponents of ten that are tried.
-const LEAST: i32 = -11;
-const MOST: i32 = 2;
+const LEAST_EXPONENT: i32 = -11;
+const MOST_EXPONENT: i32 = 2;
 /// Share of a matrix' diagonal by which a step is damped.
-const DAMPING: f64 = 1e-9;
+const STEP_DAMPING: f64 = 1e-9;
 /// Times each curve's weight is chosen anew, the others' kept.
 const SWEEPS: usize = 2;
 /// Standard errors by which a curve that differs from side to side has to predict better than one that does
@@ -113,7 +113,7 @@ impl<'a> Nearby<'a> {
         a += penalty * stiff;
         let mut damped = a.clone();
         for k in 0..n {
-            damped[(k, k)] += DAMPING * a[(k, k)].max(1e-30);
+            damped[(k, k)] += STEP_DAMPING * a[(k, k)].max(1e-30);
         }
         let step = step_within(&damped, &g, &|k| {
             let (low, high) = self.bounds[self.free[k]];
@@ -163,7 +163,7 @@ impl<'a> Nearby<'a> {
         let mut friction = self.law.friction;
         for _ in 0..SWEEPS {
             for k in 0..weights.len() {
-                let tried = (LEAST..=MOST).map(|exponent| {
+                let tried = (LEAST_EXPONENT..=MOST_EXPONENT).map(|exponent| {
                     let mut weights = weights.clone();
                     weights[k] = 10f64.powi(exponent);
                     let errors = self.predicted(&weights, friction);

@@ -5,7 +5,7 @@ use crate::quantity::Quantity;
 use nalgebra::{DMatrix, DVector};
 
 /// Points from one end to the other.
-const POINTS: usize = 41;
+const CURVE_POINTS: usize = 41;
 
 /// A point of a law.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,10 +41,10 @@ impl Tables<'_> {
 
     fn table(&self, reach: f64, row: impl Fn(f64) -> DVector<f64>) -> Vec<Point> {
         let point = |k: usize| {
-            let at = reach * (2.0 * k as f64 / (POINTS - 1) as f64 - 1.0);
+            let at = reach * (2.0 * k as f64 / (CURVE_POINTS - 1) as f64 - 1.0);
             Point { at, moment_rad_s2: self.quantity(&row(at)) }
         };
-        (0..POINTS).map(point).collect()
+        (0..CURVE_POINTS).map(point).collect()
     }
 
     /// D at a rate, rad/s2, as it stands.

@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// Share by which a law has to predict better than one with fewer curves, or a formula than a simpler one.
 pub(super) const NO_BETTER: f64 = 0.02;
 /// Times the roughness is chosen and the law fitted with it.
-const ROUNDS: usize = 2;
+const ROUGHNESS_ROUNDS: usize = 2;
 /// Times knots are moved to where the best law bends.
 const BENDS: usize = 4;
 /// Share of the weight that predicts best with which a law is fitted in the end, where it predicts as well:
@@ -90,7 +90,7 @@ impl<'a> Trials<'a> {
         mut fit: PieceFit,
         change: Change,
     ) -> Result<()> {
-        let rounds = if change == Change::Knots { BENDS } else { ROUNDS };
+        let rounds = if change == Change::Knots { BENDS } else { ROUGHNESS_ROUNDS };
         for round in 0..=rounds {
             let Some((trial, mut next)) = self.judged(&law, &fit) else { break };
             self.releases.first().stop.check()?;

@@ -5,13 +5,13 @@ use crate::record::Derivative;
 
 /// Steps a cycle between which a cubic is drawn: with the rates at both ends it errs by 1e-9 of the
 /// amplitude, by 1e-7 where dry friction turns over within a step.
-const STEPS_PER_CYCLE: f64 = 1000.0;
+const FINE_STEPS_PER_CYCLE: f64 = 1000.0;
 
 /// The reading at each of `time_s`, from the release, in order, rad; the motion's state is that at `start_s`,
 /// before which there is none (NaN).
 pub fn readings_at(motion: &Motion, start_s: f64, time_s: &[f64]) -> Vec<f64> {
     let Some(&end_s) = time_s.last() else { return Vec::new() };
-    let step_s = std::f64::consts::TAU / motion.natural_frequency_rad_s / STEPS_PER_CYCLE;
+    let step_s = std::f64::consts::TAU / motion.natural_frequency_rad_s / FINE_STEPS_PER_CYCLE;
     let count = ((end_s - start_s) / step_s).max(0.0).ceil() as usize + 3;
     let grid = Grid { start_s, step_s, count, mean_width_s: 0.0 };
     let unread = Motion { terms: motion.terms.unread(), ..motion.clone() };

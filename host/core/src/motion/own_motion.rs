@@ -17,7 +17,7 @@ use std::cell::RefCell;
 use yawrig_expression::Prepared;
 
 /// Disagreement of the pair in one step, of the amplitude, above which the step is halved.
-const TOLERANCE: f64 = 5e-8;
+const STEP_TOLERANCE: f64 = 5e-8;
 /// The same of a motion that is to be precise.
 const PRECISE: f64 = 1e-10;
 /// A step that does so much better is followed by one of twice the size.
@@ -117,7 +117,7 @@ impl<'a> Walker<'a> {
             step_s,
             stiffness: motion.natural_frequency_rad_s.powi(2),
             amplitude: b.hypot(r / motion.natural_frequency_rad_s),
-            tolerance: if terms.precise { PRECISE } else { TOLERANCE },
+            tolerance: if terms.precise { PRECISE } else { STEP_TOLERANCE },
             piece: Piece {
                 direction: sign(r),
                 side: if play > 0.0 && b.abs() < play { 0.0 } else { b.signum() },

@@ -12,7 +12,7 @@ use std::array::from_fn;
 type Lanes = [f64; LANES];
 
 /// Motions beyond which their fours are parted among the processors.
-const MANY: usize = 2 * LANES;
+const MANY_MOTIONS: usize = 2 * LANES;
 
 /// The readings of all `motions`, which hardly differ from the first, on one `grid`, an `out` each.
 pub(crate) fn readings_of_all(motions: &[Motion], grid: &Grid, out: &mut [Vec<f64>]) {
@@ -32,7 +32,7 @@ pub(crate) fn readings_of_all(motions: &[Motion], grid: &Grid, out: &mut [Vec<f6
         }
     };
     // Of a measured law there are a dozen fours; of most models one or two, and other models beside them.
-    match motions.len() > MANY {
+    match motions.len() > MANY_MOTIONS {
         true => motions.par_chunks(LANES).zip(out.par_chunks_mut(LANES)).for_each(each),
         false => motions.chunks(LANES).zip(out.chunks_mut(LANES)).for_each(each),
     }

@@ -14,7 +14,7 @@ pub struct Rival<'a> {
 }
 
 /// Beyond the range of a measured law by this much, it is still what was measured.
-const REACH: f64 = 1.05;
+const MEASURED_REACH: f64 = 1.05;
 
 impl Rival<'_> {
     /// Its measured law, which within its range takes the shape of any formula, and says nothing beyond.
@@ -26,8 +26,9 @@ impl Rival<'_> {
     pub(super) fn reaches(&self, release: &Possible) -> bool {
         let amplitude_rad = release.amplitude_deg.to_radians();
         self.law().is_none_or(|law| {
-            amplitude_rad <= REACH * law.yaw_rad
-                && amplitude_rad * release.natural_frequency_rad_s <= REACH * law.rate_rad_s
+            amplitude_rad <= MEASURED_REACH * law.yaw_rad
+                && amplitude_rad * release.natural_frequency_rad_s
+                    <= MEASURED_REACH * law.rate_rad_s
         })
     }
 }

@@ -8,7 +8,7 @@ use super::ranges::{STIFFNESS, WIND};
 use yawrig_shared::axis::Axis;
 
 /// Mistakes that are looked for one after the other.
-const MOST: usize = 6;
+const MOST_MISTAKES: usize = 6;
 /// A spring so many times too stiff or too soft is no spring that is a little off.
 const IMPOSSIBLE: f64 = 3.0;
 /// Ln of wn^2 within which a record is like another.
@@ -17,7 +17,7 @@ const LIKE: f64 = 5e-3;
 pub(super) fn doubts(campaign: &Campaign, frame: &Frame) -> Vec<Doubt> {
     let mut frame = frame.clone();
     let mut all = Vec::new();
-    for _ in 0..MOST {
+    for _ in 0..MOST_MISTAKES {
         let Some((mistake, told)) = mistake(campaign, &frame) else { break };
         frame = mistake.undone(&frame);
         all.push(told);

@@ -17,7 +17,7 @@ const INERTIA_U: f64 = 0.01;
 /// Of what one spring says, which knows of no other stiffness.
 const ONE_SPRING_U: f64 = 0.1;
 /// Standard uncertainties by which a given inertia disagrees.
-const DISAGREES: f64 = 4.0;
+const INERTIA_DISAGREES: f64 = 4.0;
 /// An inertia so many times off is in another unit.
 const IMPOSSIBLE: f64 = 3.0;
 /// Radius of gyration over length: of a needle's middle, and of two weights at its ends.
@@ -122,11 +122,12 @@ fn exchanged(
 
 fn disagreeing(axis: Axis, value: f64, u: Option<f64>, by: Measured) -> Option<Doubt> {
     let sigma = off(value, u, by);
-    if sigma <= DISAGREES {
+    if sigma <= INERTIA_DISAGREES {
         return None;
     }
     let ratio = value / by.kg_m2;
-    let unit = UNITS.iter().find(|(factor, _)| (ratio / factor).ln().abs() < DISAGREES * by.u);
+    let unit =
+        UNITS.iter().find(|(factor, _)| (ratio / factor).ln().abs() < INERTIA_DISAGREES * by.u);
     let is_impossible = !(1.0 / IMPOSSIBLE..=IMPOSSIBLE).contains(&ratio);
     let (kind, why) = match unit.filter(|_| is_impossible) {
         Some((_, unit)) => (Kind::InertiaUnit, format!("it is in {unit}, it seems")),
