@@ -45,3 +45,27 @@ fn flags_of_the_device_are_all_listed() {
         assert!(row.ends_with(&end), "{row}: {end}");
     }
 }
+
+/// Names as the JSON has them, from the variants as they are written.
+#[test]
+fn what_is_said_besides_an_answer_is_all_listed() {
+    let source = std::fs::read_to_string(root().join("host/core/src/identify/flag.rs"));
+    let source = source.expect("the flags");
+    let (_, variants) = source.split_once("pub enum Flag {").expect("the enum");
+    let variants = variants.lines().take_while(|line| *line != "}").map(str::trim);
+    let names = variants.filter_map(|line| line.strip_suffix(',')).map(|variant| {
+        let snake = |c: char| match c.is_uppercase() {
+            true => format!("_{}", c.to_lowercase()),
+            false => c.to_string(),
+        };
+        variant.chars().map(snake).collect::<String>()
+    });
+    let page = page("how-to/identify.md");
+    let mut count = 0;
+    for name in names {
+        let name = name.trim_start_matches('_');
+        assert!(page.contains(&format!("`{name}`")), "{name} is not listed");
+        count += 1;
+    }
+    assert!(count > 15, "{count}");
+}
