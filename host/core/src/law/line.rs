@@ -7,7 +7,6 @@
 
 use super::on_curve::{OnCurve, Target};
 use super::tables::Tables;
-use super::trials::NO_BETTER;
 use crate::diagnosis::over_pieces::Lengths;
 use crate::effects::{Effect, Line, Part};
 use crate::fit::fitting::Structure;
@@ -15,6 +14,8 @@ use crate::fit::segments::{fit_from, ROUGH};
 use rayon::prelude::*;
 use std::sync::Arc;
 
+/// Share by which a law has to predict better than one with fewer curves, or a formula than a simpler one.
+pub(super) const NO_BETTER: f64 = 0.02;
 /// Misfit on the curve over that of the nearest, up to which a formula is fitted to the records.
 const FITTED_UP_TO: f64 = 20.0;
 /// Least share of a line that no multiple of the curve can stand for.

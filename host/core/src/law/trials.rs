@@ -1,6 +1,6 @@
 //! The laws that are tried, and the one of them that predicts best.
 
-use super::line::line;
+use super::line::{line, NO_BETTER};
 use super::releases::Releases;
 use super::roughness::{states, Nearby};
 use super::tables::Tables;
@@ -14,8 +14,6 @@ use nalgebra::DMatrix;
 use std::cmp::Ordering;
 use std::sync::Arc;
 
-/// Share by which a law has to predict better than one with fewer curves, or a formula than a simpler one.
-pub(super) const NO_BETTER: f64 = 0.02;
 /// Times the roughness is chosen and the law fitted with it.
 const ROUGHNESS_ROUNDS: usize = 2;
 /// Times knots are moved to where the best law bends.
