@@ -256,7 +256,7 @@ impl Campaign<'_> {
             }
         }
         out.releases = releases;
-        let before = self.points(&self.linear(plain));
+        let before = self.points(&self.linear(plain)?);
         let after = match out.effects.is_empty() {
             true => before.clone(),
             false => self.points(&self.identified(&after)),
@@ -333,11 +333,12 @@ impl Campaign<'_> {
 
     /// Each release as `derivatives` takes it, so that both say the same; where least squares has no answer,
     /// by its plain model.
-    fn linear(&self, plain: &[Fitted]) -> Vec<Identified> {
+    fn linear(&self, plain: &[Fitted]) -> Result<Vec<Identified>> {
         let fitted = self.identified(&plain.iter().map(wn_and_zeta).collect::<Vec<_>>());
         let found = self.records.par_iter().zip(fitted).map(|(record, fitted)| {
+            self.releases.check()?;
             let found = identify(record, &[Method::LeastSquares], &Settings::default()).ok();
-            found.and_then(Identified::of).unwrap_or(fitted)
+            Ok(found.and_then(Identified::of).unwrap_or(fitted))
         });
         found.collect()
     }

@@ -46,7 +46,7 @@ pub(super) struct Target<'a> {
 }
 
 impl<'a> Target<'a> {
-    /// No point counts as better known than `least_u` times the largest moment of `curve`, for a formula need
+    /// No point counts as better known than [`LEAST_U`] of the largest moment of `curve`, for a formula need
     /// not go through each bend of a spline.
     pub(super) fn new(curve: &'a [Point], wn: f64) -> Self {
         let largest = curve.iter().fold(0.0f64, |m, p| m.max(p.moment_rad_s2.value.abs()));
