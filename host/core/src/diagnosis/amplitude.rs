@@ -4,10 +4,10 @@
 //! A model's values are those of its simulated reading, cut into windows and fitted exactly as the
 //! measurement is: whatever the windows do to one they do to the other.
 
+use crate::fit::at_amplitude::windows_of;
 use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
-use crate::identify::samples::Samples;
-use crate::identify::windows::{windows, Window};
+use crate::identify::windows::Window;
 use crate::quantity::Quantity;
 use crate::record::{Derivative, Said};
 use serde::{Deserialize, Serialize};
@@ -86,16 +86,9 @@ pub fn picture(decay: &FreeDecay, models: &[(&str, &Fitted)]) -> AmplitudePictur
 }
 
 fn points(decay: &FreeDecay, yaw_rad: &[f64]) -> Vec<AmplitudePoint> {
-    if yaw_rad.len() < 2 || yaw_rad.iter().any(|y| !y.is_finite()) {
-        return Vec::new();
-    }
-    let time_s: Vec<f64> = (0..yaw_rad.len()).map(|k| decay.grid.time_s(k)).collect();
-    let yaw_deg: Vec<f64> = yaw_rad.iter().map(|y| decay.measurand.shown(*y)).collect();
-    let mut samples = Samples::new(&time_s, &yaw_deg);
-    let to_s = decay.grid.time_s(yaw_rad.len());
-    let (windows, _) = windows(&mut samples, time_s[0], to_s, decay.frequency_rad_s);
     let derivative = decay.measurand.derivative();
-    windows.iter().map(|w| AmplitudePoint::of(w, derivative)).collect()
+    let of = |w: &Window| AmplitudePoint::of(w, derivative);
+    windows_of(decay, yaw_rad).iter().map(of).collect()
 }
 
 impl AmplitudePoint {

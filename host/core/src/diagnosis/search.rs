@@ -180,11 +180,14 @@ fn beside(decay: &FreeDecay, model: &Fitted, all: &[Effect]) -> Vec<Fitted> {
     predicted.par_iter().filter(tried).map(|(_, e)| added(decay, model, e)).collect()
 }
 
-/// Each of the `width` best with the effects of the largest linear gain beside it, each set once.
+/// Each of the `width` best with the effects of the largest linear gain beside it, each set once; beside a
+/// leader that is near the noise those only that may be as good.
 fn expanded(decay: &FreeDecay, round: &[Fitted], all: &[Effect], width: usize) -> Vec<Fitted> {
     let mut order: Vec<&Fitted> = round.iter().filter(|m| m.converged).collect();
     order.sort_by(|a, b| criterion(a).total_cmp(&criterion(b)));
     order.truncate(width);
+    let near = |m: &Fitted| m.over_noise(decay) < NEAR_NOISE;
+    let leader = order.first().copied().filter(|m| near(m));
     let promising: Vec<Vec<(f64, Effect)>> = order
         .par_iter()
         .map(|inner| {
@@ -192,6 +195,7 @@ fn expanded(decay: &FreeDecay, round: &[Fitted], all: &[Effect], width: usize) -
             let mut out: Vec<(f64, Effect)> = all
                 .par_iter()
                 .filter(|e| !inner.structure.effects.contains(e))
+                .filter(|e| e.is_own() || leader.is_none_or(|m| may_rival(&screen, e, m)))
                 .map(|e| (screen.left_with(e).0, e.clone()))
                 .collect();
             out.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -202,10 +206,9 @@ fn expanded(decay: &FreeDecay, round: &[Fitted], all: &[Effect], width: usize) -
     let mut jobs = Vec::new();
     for (inner, promising) in order.into_iter().zip(promising) {
         // From near the noise a linear step is to be believed.
-        let near = inner.over_noise(decay) < NEAR_NOISE;
         let n = inner.effective_count();
         let least = promising.iter().find(|p| !p.1.is_own()).map_or(0.0, |p| p.0);
-        let behind = |left: f64| near && bic::gain(left, least, n, 0.0) > DECISIVE;
+        let behind = |left: f64| near(inner) && bic::gain(left, least, n, 0.0) > DECISIVE;
         let promising = promising.into_iter().take_while(|p| !behind(p.0));
         for (_, effect) in promising.take(BREADTH) {
             let mut set = inner.structure.with(&effect).effects;

@@ -6,10 +6,12 @@ use crate::fit::fitted::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::problem::DIFFERENCE;
 use crate::fit::structure::motion;
+use crate::identify::samples::Samples;
+use crate::identify::windows::{self, windows, Window};
 pub use crate::identify::AtAmplitude;
-use crate::identify::WindowEstimate;
 use crate::motion::simulate::{Grid, Motion};
 use crate::quantity::Quantity;
+use crate::record::Derivative;
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 
@@ -30,9 +32,11 @@ pub fn at_amplitudes(decay: &FreeDecay, model: &Fitted) -> Vec<AtAmplitude> {
     let (yaw, rate) = unread.readings_and_rates(&grid);
     let envelope: Vec<f64> = yaw.iter().zip(&rate).map(|(b, r)| (b - rest).hypot(r / wn)).collect();
     let (Some(&first), Some(&last)) = (envelope.first(), envelope.last()) else { return vec![] };
+    let off = off(decay, model);
     let at = |amplitude_rad: f64| {
         let passed = envelope.iter().position(|a| *a <= amplitude_rad * (1.0 + 1e-9));
-        of_cycle(model, amplitude_rad, decay.grid.time_s(passed?), decay)
+        let missed = missed(&off, decay.measurand.shown(amplitude_rad));
+        of_cycle(model, amplitude_rad, decay.grid.time_s(passed?), decay, missed)
     };
     AtAmplitude::amplitudes(first, last).filter_map(at).collect()
 }
@@ -46,35 +50,58 @@ pub(crate) fn with_discrepancy(model: Fitted, decay: &FreeDecay) -> Fitted {
 
 /// The same of a `model` that has its discrepancy already.
 pub(crate) fn with_windows(mut model: Fitted, decay: &FreeDecay) -> Fitted {
-    let of_model = |m: &AtAmplitude| decay.measurand.of_model(m.amplitude_deg);
-    let smallest = decay.measured.last().map(of_model);
-    model.missed = smallest.map_or([0.0; 2], |amplitude_rad| missed(decay, &model, amplitude_rad));
+    let off = off(decay, &model);
+    model.missed = off.last().map_or([0.0; 2], |smallest| missed(&off, smallest.amplitude_deg));
     model
 }
 
-/// By how much the model's natural frequency and damping ratio are off the record's own, as its windows show
-/// them at the nearest amplitude, beyond what noise leaves uncertain of these: squares.
-fn missed(decay: &FreeDecay, model: &Fitted, amplitude_rad: f64) -> [f64; 2] {
-    let of_model = |m: &AtAmplitude| decay.measurand.of_model(m.amplitude_deg);
-    let apart = |m: &&AtAmplitude| (of_model(m) / amplitude_rad).ln().abs();
-    let nearest = decay.measured.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
+/// Windows of three cycles of what reads `yaw_rad`, sampled and cut as the record is: whatever they do to one
+/// they do to the other. None where a simulation has run away.
+pub(crate) fn windows_of(decay: &FreeDecay, yaw_rad: &[f64]) -> Vec<Window> {
+    if yaw_rad.len() < 2 || yaw_rad.iter().any(|y| !y.is_finite()) {
+        return Vec::new();
+    }
+    let time_s: Vec<f64> = (0..yaw_rad.len()).map(|k| decay.grid.time_s(k)).collect();
+    let yaw_deg: Vec<f64> = yaw_rad.iter().map(|y| decay.measurand.shown(*y)).collect();
+    let mut samples = Samples::new(&time_s, &yaw_deg);
+    windows(&mut samples, time_s[0], decay.grid.time_s(yaw_rad.len()), decay.frequency_rad_s).0
+}
+
+/// By how much natural frequency and damping ratio of the record's windows are off those of the `model`'s own
+/// readings, from the largest amplitude to the smallest; none where it lacks nothing.
+fn off(decay: &FreeDecay, model: &Fitted) -> Vec<AtAmplitude> {
     // Where the phase is lost a linear step sees no law.
     let has_law = model.discrepancy.as_ref().is_some_and(Discrepancy::has_law);
-    let lacks = has_law || model.over_noise(decay) > ABOVE_NOISE;
-    // Windows are of the strongest mode.
-    let lacks = lacks && !model.has_strongest_second(decay);
-    let Some(seen) = nearest.filter(|_| lacks) else { return [0.0; 2] };
-    let window = |w: &&WindowEstimate| (w.amplitude_deg - seen.amplitude_deg).abs();
-    let passed = decay.windows.iter().min_by(|a, b| window(a).total_cmp(&window(b)));
-    let start_s = passed.map_or(0.0, |w| w.time_s - decay.release_time_s);
-    let Some(there) = cycle(&model.motion(), of_model(seen), start_s) else {
-        return [0.0; 2];
+    if !has_law && model.over_noise(decay) <= ABOVE_NOISE {
+        return Vec::new();
+    }
+    let of_model = windows_of(decay, &model.readings(&decay.grid));
+    let apart = |a: &Window, b: &Window| (a.from_s + a.to_s - b.from_s - b.to_s).abs();
+    let less = |seen: &Window| {
+        let near = of_model.iter().min_by(|a, b| apart(a, seen).total_cmp(&apart(b, seen)))?;
+        Some(Window {
+            amplitude_deg: seen.motion_amplitude_deg(decay.measurand.derivative()),
+            natural_frequency_rad_s: seen.natural_frequency_rad_s - near.natural_frequency_rad_s,
+            damping_ratio: seen.damping_ratio - near.damping_ratio,
+            ..*seen
+        })
     };
-    let zeta = seen.damping_ratio;
-    let damped = seen.natural_frequency_rad_s.value * (1.0 - zeta.value.powi(2)).max(0.0).sqrt();
-    let off =
-        [(damped - there[0], seen.natural_frequency_rad_s.u), (zeta.value - there[1], zeta.u)];
-    off.map(|(off, u)| (off * off - u * u).max(0.0))
+    let seen = windows_of(decay, &decay.yaw_rad);
+    let off: Vec<Window> = seen.iter().filter_map(less).collect();
+    windows::at_amplitudes(&off, Derivative::default())
+}
+
+/// Squares of what the model is off at the nearest of these amplitudes, beyond what noise leaves uncertain; and
+/// no less than over all of them, as what is off passes through zero by chance.
+fn missed(off: &[AtAmplitude], amplitude_deg: f64) -> [f64; 2] {
+    let beyond_noise = |a: &AtAmplitude| {
+        [a.natural_frequency_rad_s, a.damping_ratio].map(|q| q.value * q.value - q.u * q.u)
+    };
+    let apart = |a: &&AtAmplitude| (a.amplitude_deg / amplitude_deg).ln().abs();
+    let nearest = off.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
+    let here = nearest.map_or([0.0; 2], beyond_noise);
+    let of_all = |q: usize| off.iter().map(|a| beyond_noise(a)[q]).sum::<f64>() / off.len() as f64;
+    [0, 1].map(|q| here[q].max(of_all(q)).max(0.0))
 }
 
 fn of_cycle(
@@ -82,6 +109,7 @@ fn of_cycle(
     amplitude_rad: f64,
     start_s: f64,
     decay: &FreeDecay,
+    missed: [f64; 2],
 ) -> Option<AtAmplitude> {
     let starts = model.structure.starts();
     let of = |p: &[f64], lacking: Option<(usize, f64)>| {
@@ -92,7 +120,6 @@ fn of_cycle(
         cycle(&motion, amplitude_rad, start_s)
     };
     let values = of(&model.parameters, None)?;
-    let missed = missed(decay, model, amplitude_rad);
     let mut variances = [f64::NAN; 2];
     if let Some(covariance) = model.covariance_but_for_law() {
         let sizes = model.structure.sizes(decay);
@@ -215,34 +242,40 @@ mod tests {
         assert_eq!(cycle(&motion, a, 0.0), None);
     }
 
+    /// Runge and Kutta's steps of half a millisecond for 30 s from `b` at rest, read every ten milliseconds.
+    fn read(mut b: f64, moment: impl Fn(f64, f64, f64) -> f64) -> Record {
+        let (h, mut r) = (0.0005, 0.0);
+        let (mut time_s, mut yaw_deg) = (Vec::new(), Vec::new());
+        for k in 0..60_000u32 {
+            let t = h * f64::from(k);
+            if k % 20 == 0 {
+                time_s.push(t);
+                let n = k / 20;
+                yaw_deg.push(b.to_degrees() + 0.02 * (3.88 * f64::from(n * n % 997)).sin());
+            }
+            let [mut db, mut dr] = [0.0, 0.0];
+            let (mut kb, mut kr) = (0.0, 0.0);
+            for (part, weight) in [(0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)] {
+                let (bb, rr) = (b + part * h * kb, r + part * h * kr);
+                (kb, kr) = (rr, moment(t + part * h, bb, rr));
+                db += weight * kb / 6.0;
+                dr += weight * kr / 6.0;
+            }
+            (b, r) = (b + h * db, r + h * dr);
+        }
+        Record::new("read", time_s, yaw_deg)
+    }
+
     /// A spring that is softer within ten degrees, as where a magnet stands behind the model; no effect is,
     /// and no small step from a model leads there. What the record's windows show holds the truth.
     #[test]
     fn a_model_that_is_far_off_at_small_amplitudes_knows_its_natural_frequency_as_badly() {
         let (wn, zeta, share, width_rad) = (10.0, 0.012, 0.25, 10f64.to_radians());
         let truth = wn * f64::sqrt(1.0 - share);
-        let rate_of = |b: f64, r: f64| {
+        let record = read(60f64.to_radians(), |_, b, r| {
             -wn * wn * b * (1.0 - share * (-(b / width_rad).powi(4)).exp()) - 2.0 * zeta * wn * r
-        };
-        // Runge and Kutta's steps of half a millisecond.
-        let (h, mut b, mut r) = (0.0005, 60f64.to_radians(), 0.0);
-        let (mut time_s, mut yaw_deg) = (Vec::new(), Vec::new());
-        for k in 0..60_000 {
-            if k % 20 == 0 {
-                time_s.push(h * f64::from(k));
-                yaw_deg.push(b.to_degrees() + 0.02 * f64::from(k % 3));
-            }
-            let [mut db, mut dr] = [0.0, 0.0];
-            let (mut kb, mut kr) = (0.0, 0.0);
-            for (part, weight) in [(0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)] {
-                let (bb, rr) = (b + part * h * kb, r + part * h * kr);
-                (kb, kr) = (rr, rate_of(bb, rr));
-                db += weight * kb / 6.0;
-                dr += weight * kr / 6.0;
-            }
-            (b, r) = (b + h * db, r + h * dr);
-        }
-        let decay = FreeDecay::of(&Record::new("soft", time_s, yaw_deg)).expect("a free decay");
+        });
+        let decay = FreeDecay::of(&record).expect("a free decay");
         let plain = fit_plain(&decay, false, decay.yaw_rad.len());
         let fit = fit_added(&decay, &plain, &Effect::OddQuadraticStiffness);
         let miss = |q: Quantity| (q.value - truth).abs() / q.u;
@@ -251,5 +284,30 @@ mod tests {
         println!("planted {truth:.3}: {linear} by a linear step, {held} with the windows");
         assert!(miss(held) < 2.0, "{held}, planted {truth}");
         assert!(miss(linear) > miss(held), "{linear}, {held}");
+    }
+
+    /// A periodic moment beats with the oscillation: windows of three cycles swing by a per cent and more. In the
+    /// readings of a model that has it they swing alike; where it lacks a little friction its natural frequency is
+    /// as uncertain as that makes it, not as the windows swing.
+    #[test]
+    fn windows_that_beat_do_not_make_a_model_uncertain_that_beats_alike() {
+        let (wn, zeta) = (10.0, 0.004);
+        let damped = wn * f64::sqrt(1.0 - zeta * zeta);
+        let record = read(10f64.to_radians(), |t, b, r: f64| {
+            let periodic = 0.5 * (8.2 * t).cos();
+            -wn * wn * b - 2.0 * zeta * wn * r - 0.02 * (r / 0.001).tanh() + periodic
+        });
+        let decay = FreeDecay::of(&record).expect("a free decay");
+        let plain = fit_plain(&decay, false, decay.yaw_rad.len());
+        let fit = with_discrepancy(fit_added(&decay, &plain, &Effect::HarmonicForcing), &decay);
+        let largest = decay.windows.iter().map(|w| (w.natural_frequency_rad_s / wn - 1.0).abs());
+        let largest = largest.fold(0.0, f64::max);
+        println!("{} over noise, windows off by up to {largest:.4}", fit.over_noise(&decay));
+        assert!(largest > 0.01 && fit.over_noise(&decay) > ABOVE_NOISE);
+        for at in at_amplitudes(&decay, &fit) {
+            let AtAmplitude { natural_frequency_rad_s: q, amplitude_deg, .. } = at;
+            println!("{amplitude_deg:.2} deg: {q}");
+            assert!((q.value - damped).abs() < 2.0 * q.u && q.u < 0.001, "{q}, planted {damped}");
+        }
     }
 }

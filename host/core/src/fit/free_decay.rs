@@ -8,8 +8,7 @@ use crate::fit::noise_floor;
 use crate::identify::gaps::{self, Warning};
 use crate::identify::outliers::exclude_spikes;
 use crate::identify::samples::{Means, Samples, Stretch};
-use crate::identify::windows::at_amplitudes;
-use crate::identify::{self, AtAmplitude, Begin, End, Settings, WindowEstimate};
+use crate::identify::{self, Begin, End, Settings, WindowEstimate};
 use crate::motion::simulate::Grid;
 use crate::record::{resample, Derivative, Measurand, Record};
 use crate::statistics::rms_of_uneven_sixths;
@@ -114,8 +113,6 @@ pub struct FreeDecay {
     pub wind_speed_m_s: f64,
     /// wn and zeta over three cycles each: the amplitude picture.
     pub windows: Vec<WindowEstimate>,
-    /// The same against amplitude, each with what noise leaves uncertain.
-    pub measured: Vec<AtAmplitude>,
     /// Steady lines that are taken out of the reading.
     pub lines: Vec<SteadyLine>,
     /// What was done about samples that are missing, and about lines.
@@ -201,7 +198,6 @@ impl FreeDecay {
             lines,
             warnings,
             stop: Stop::default(),
-            measured: at_amplitudes(&prepared.windows, measurand.derivative()),
             windows,
             measurand,
         })

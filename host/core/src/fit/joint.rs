@@ -332,7 +332,6 @@ mod tests {
             ends: Default::default(),
             measurand: Default::default(),
             windows: Vec::new(),
-            measured: Vec::new(),
             wind_speed_m_s: 0.0,
         }
     }

@@ -128,7 +128,6 @@ fn simulated(rival: &Rival, like: &FreeDecay, release: &Possible, level: f64) ->
         amplitude_rad: release.amplitude_deg.to_radians(),
         release_time_s: 0.0,
         windows: Vec::new(),
-        measured: Vec::new(),
         ..like.clone()
     })
 }
