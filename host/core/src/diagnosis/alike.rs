@@ -1,22 +1,20 @@
 //! Effects that predict as well in the place of one that survives: what a record cannot distinguish.
 
-use crate::diagnosis::account;
-use crate::diagnosis::guards;
 use crate::diagnosis::over_pieces::Model;
-use crate::diagnosis::prediction::{Prediction, LEAST_GAIN};
-use crate::diagnosis::shared_set::Set;
-use crate::diagnosis::survivors::{candidates, judged, Survivors};
+use crate::diagnosis::prediction::LEAST_GAIN;
+use crate::diagnosis::survivors::{judged, PredictedModel, Survivors};
 use crate::effects::Effect;
 use crate::error::Result;
-use crate::fit::free_decay::FreeDecay;
 use rayon::prelude::*;
 
-/// For an effect that survives in `decay`, every other that predicts as well in its place and that physics
-/// allows.
+/// For an effect that survives, every other that predicts as well in its place and is `allowed`.
 ///
 /// # Errors
 /// Interrupted, once somebody asked for it.
-pub(super) fn alike(decay: &FreeDecay, survivors: &Survivors) -> Result<Vec<[Effect; 2]>> {
+pub(super) fn alike(
+    survivors: &Survivors,
+    allowed: impl Fn(&PredictedModel) -> bool + Sync,
+) -> Result<Vec<[Effect; 2]>> {
     let last = survivors.path.last().expect("the plain model");
     let effects = &last.model.fit.structure.effects;
     let swapped = |model: &Model| -> Option<[Effect; 2]> {
@@ -36,12 +34,11 @@ pub(super) fn alike(decay: &FreeDecay, survivors: &Survivors) -> Result<Vec<[Eff
         .into_par_iter()
         .filter(|(_, model)| {
             let rival = judged(&survivors.lengths, (*model).clone());
-            !last.predicts_better_than(&rival)
-                && guards::refusal(&account::of_judged(decay, survivors, &rival), decay).is_none()
+            !last.predicts_better_than(&rival) && allowed(&rival)
         })
         .map(|(pair, _)| pair)
         .collect();
-    decay.stop.check()?;
+    survivors.lengths.stop.check()?;
     found.sort_unstable();
     found.dedup();
     Ok(found)
@@ -52,47 +49,12 @@ fn fits_worse(sum: f64, survivor: f64) -> bool {
     sum * (1.0 - LEAST_GAIN).powi(2) > survivor
 }
 
-/// The same for an effect of `set` that was looked for in several releases, whose `prediction` is from the
-/// others.
-///
-/// # Errors
-/// Interrupted, once somebody asked for it.
-pub(super) fn alike_in_releases(
-    set: &Set,
-    prediction: &Prediction,
-    present: &[Effect],
-) -> Result<Vec<[Effect; 2]>> {
-    let all: Vec<usize> = (0..set.begun.len()).collect();
-    let squares =
-        |set: &Set| -> f64 { set.fitted(&all).fits.iter().map(|f| f.sum_of_squares).sum() };
-    let here = squares(set);
-    let widest =
-        set.begun.iter().max_by(|a, b| a.decay.amplitude_rad.total_cmp(&b.decay.amplitude_rad));
-    let outside = candidates(&widest.expect("a release").decay);
-    let mut out = Vec::new();
-    for inside in set.effects.iter().filter(|e| !present.contains(e)) {
-        let smaller = set.without(inside);
-        let fits = |other: &&Effect| {
-            !set.effects.contains(other) && !smaller.effects.iter().any(|e| e.excludes(other))
-        };
-        for other in outside.iter().filter(fits) {
-            set.stop.check()?;
-            let swapped = smaller.with(other);
-            if !fits_worse(squares(&swapped), here)
-                && !prediction.is_better_than(&swapped.predicted()?)
-            {
-                out.push([inside.clone(), other.clone()]);
-            }
-        }
-    }
-    Ok(out)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::diagnosis::survivors;
     use crate::effects::Terms;
+    use crate::fit::free_decay::FreeDecay;
     use crate::fit::structure::Structure;
     use crate::motion::simulate::{Grid, Motion};
     use crate::record::Record;
@@ -128,7 +90,7 @@ mod tests {
         let decay = FreeDecay::of(record).unwrap();
         let survivors = survivors::search(&decay, &[], &Structure::default()).unwrap();
         let last = &survivors.path.last().unwrap().model.fit.structure.effects;
-        (last.clone(), alike(&decay, &survivors).unwrap())
+        (last.clone(), alike(&survivors, |_| true).unwrap())
     }
 
     /// Over few amplitudes a cube and an odd square soften alike; over many they part.

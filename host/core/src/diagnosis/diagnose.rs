@@ -8,6 +8,7 @@ pub use crate::diagnosis::answer::{
 };
 use crate::diagnosis::by_likelihood::{by_likelihood, random_forcing};
 use crate::diagnosis::compare;
+use crate::diagnosis::guards;
 use crate::diagnosis::likelihood::{is_explained, NEAR_NOISE, USED_UP_TO};
 pub use crate::diagnosis::over_pieces::fit_over_pieces;
 use crate::diagnosis::reach;
@@ -183,13 +184,17 @@ fn by_prediction(
         held_out_over_noise: s.held_out_rad / decay.noise_rad,
         parameters: s.parameters.clone(),
     };
+    let allowed = |rival: &survivors::PredictedModel| {
+        let model = account::of_judged(&decay, &account.survivors, rival);
+        guards::refusal(&model, &decay).is_none()
+    };
     let diagnosis = Diagnosis {
         said: decay.measurand.said(),
         noise_rms_deg: decay.measurand.shown(decay.sample_noise_rad),
         mean_noise_deg: decay.measurand.shown(decay.noise_rad),
         status,
         effects: account.effects.clone(),
-        indistinguishable: alike(&decay, &account.survivors)?,
+        indistinguishable: alike(&account.survivors, allowed)?,
         modal: modal(last),
         at_amplitude: at_amplitudes(&decay, last),
         covariance: last.named_covariance(),

@@ -26,5 +26,4 @@ pub mod search;
 mod search_start;
 pub mod several;
 mod several_fit;
-mod shared_set;
 pub(crate) mod survivors;

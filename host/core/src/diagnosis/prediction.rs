@@ -57,11 +57,6 @@ fn begins(pieces: &Pieces, model: &PieceFit) -> Vec<[f64; 2]> {
 }
 
 impl Prediction {
-    /// Of errors of pieces: sum of squares (rad2) and number of means of each.
-    pub(crate) fn of(errors: Vec<(f64, f64)>) -> Self {
-        Self { errors }
-    }
-
     /// Whether it is better than `other`, which a smaller model makes, by more than chance and by a share
     /// that counts.
     pub(crate) fn is_better_than(&self, other: &Self) -> bool {

@@ -7,7 +7,7 @@ use crate::diagnosis::answer::{Left, Options, NOISE};
 use crate::diagnosis::likelihood::{are_explained, LEAST_SHARE_SQUARED, MOST_EFFECTS};
 use crate::diagnosis::origin::weighted_mean;
 use crate::diagnosis::search::sharpened;
-use crate::effects::Effect;
+use crate::effects::{Acts, Effect};
 use crate::error::Result;
 use crate::fit::fitting::{
     fit_added, fit_plain_within, fit_removed, refitted, Fitted, Limit, Number, Structure,
@@ -164,11 +164,11 @@ pub(crate) fn judge(
     let known = |e: &Effect| plain.effects.contains(e) || structure.zero_unknown && e.moves_rest();
     let mut named = alone.named();
     named.retain(|effect| !known(effect));
+    // What lasts does so in every release of a rig; what depends on the amplitude may show in one only.
+    let lasts = |e: &Effect| !matches!(e.acts_on(), Acts::State | Acts::Sensor) && !e.dies_out();
+    named.retain(|effect| !lasts(effect) || alone.mostly(effect, |_| true));
     named.truncate(MOST_EFFECTS);
-    let mut all = plain.clone();
-    for effect in &named {
-        all = added(releases, &alone, &all, effect)?;
-    }
+    let all = begun(releases, &alone, &plain, &named)?;
     // From all down to what is there, what is missed least taken out first.
     let mut path = vec![pruned(releases, &alone, all, there)?];
     while let Some(larger) = path.last().filter(|model| model.effects.len() > there + 1) {
@@ -224,15 +224,32 @@ fn each(
     inner.fits.par_iter().enumerate().map(one).collect()
 }
 
-fn added(
+/// The model with all `named` effects, each release from its own answer.
+fn begun(
     releases: &Releases,
     alone: &Alone,
-    inner: &ModelOfReleases,
-    effect: &Effect,
+    plain: &ModelOfReleases,
+    named: &[Effect],
 ) -> Result<ModelOfReleases> {
-    let mut effects = inner.effects.clone();
-    effects.push(effect.clone());
-    let fits = each(releases, alone, inner, |decay, fit| fit_added(decay, fit, effect))?;
+    let effects: Vec<Effect> = plain.effects.iter().chain(named).cloned().collect();
+    let one = |(i, plain): (usize, &Fitted)| {
+        let decay = &releases.decays[i];
+        decay.stop.check()?;
+        let structure = Structure { effects: effects.clone(), ..plain.structure.clone() };
+        let own = alone.of_release(i).and_then(|answer| answer.path.last());
+        let own = own.and_then(|model| {
+            let has = |e: &&Effect| model.structure.effects.contains(e);
+            let there = effects.iter().filter(has).cloned().collect();
+            let there = Structure { effects: there, ..structure.clone() };
+            Some(refitted(decay, &there, &model.numbers_for(&there)?))
+        });
+        let start = own.as_ref().unwrap_or(plain);
+        let missing = effects.iter().filter(|e| !start.structure.effects.contains(e));
+        let model = missing.fold(start.clone(), |model, e| fit_added(decay, &model, e));
+        let numbers = model.numbers_for(&structure).expect("all effects");
+        Ok(refitted(decay, &structure, &numbers))
+    };
+    let fits = plain.fits.par_iter().enumerate().map(one).collect::<Result<_>>()?;
     Ok(ModelOfReleases { effects, fits })
 }
 

@@ -27,7 +27,7 @@ use crate::roll::{RollDecay, Ship};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-pub use crate::diagnosis::shared_set::Common;
+pub use crate::diagnosis::several_fit::Common;
 
 /// All that is said about several releases. Rms in deg, ratios to the noise floor of block means.
 #[derive(Clone, Debug, Serialize)]
@@ -155,7 +155,7 @@ pub fn diagnose_several_with_fits(
         .filter(|path| is_forced || path.last().is_some_and(|p| explains(&p.joint.fits)));
     let (mut path, indistinguishable) = match near {
         Some(path) => (path, judged.alone.indistinguishable(&each.effects)),
-        None => by_prediction(records, &releases, &judged, common, options, &present)?,
+        None => by_prediction(&releases, &judged, common, options, &structure)?,
     };
     options.stop.check()?;
     let mut found = told(records, &releases.decays, &path, common, named, &options.present.effects);

@@ -13,6 +13,7 @@ use crate::fit::fitting::Structure;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::pieces::Piece;
 use crate::fit::segments::{fit_pieces, FIRST_STEPS, ROUGH};
+use crate::law::releases::Releases;
 use crate::quantity::Quantity;
 use rayon::prelude::*;
 
@@ -123,8 +124,8 @@ pub(crate) struct Survivors {
 
 /// The model from which effects are looked for: the second-order response about a rest angle of its own, with
 /// the effects of `present`.
-fn base(decay: &FreeDecay, lengths: &Lengths, present: &Structure) -> Model {
-    let (mut structure, start) = plain_start(decay);
+fn base(lengths: &Lengths, begin: (Structure, Vec<f64>), present: &Structure) -> Model {
+    let (mut structure, start) = begin;
     structure.limits.extend(present.limits.iter().cloned());
     let plain = fitted(lengths, &structure, &start, None);
     // A constant moment is the rest angle's.
@@ -137,8 +138,31 @@ fn base(decay: &FreeDecay, lengths: &Lengths, present: &Structure) -> Model {
 /// # Errors
 /// Interrupted, once somebody asked for it.
 pub(crate) fn search(decay: &FreeDecay, own: &[Effect], present: &Structure) -> Result<Survivors> {
-    let lengths = Lengths::of(decay);
-    let plain = judged(&lengths, base(decay, &lengths, present));
+    let (structure, start) = plain_start(decay);
+    searched(decay, Lengths::of(decay), (structure, start.to_vec()), own, present)
+}
+
+/// The same over the pieces of all `releases`, each with what it has for itself.
+///
+/// # Errors
+/// Interrupted, once somebody asked for it.
+pub(super) fn search_all(
+    releases: &Releases,
+    own: &[Effect],
+    present: &Structure,
+) -> Result<Survivors> {
+    searched(releases.first(), releases.lengths(), releases.plain_start(), own, present)
+}
+
+/// Over the pieces in `lengths`, which have been cut from `decay` or from smaller ones besides.
+fn searched(
+    decay: &FreeDecay,
+    lengths: Lengths,
+    begin: (Structure, Vec<f64>),
+    own: &[Effect],
+    present: &Structure,
+) -> Result<Survivors> {
+    let plain = judged(&lengths, base(&lengths, begin, present));
     let there = &plain.model.fit.structure.effects;
     let all = candidates(decay);
     // Sets of one more effect each, the best fits carried on.

@@ -17,7 +17,7 @@ pub(crate) const LONGER: f64 = 1.8;
 /// Evaluations after which a further start has to be this near, in the sum of squares, to the best one so
 /// far.
 const SHORT: usize = 7;
-const RIVAL_SQUARES: f64 = 1.5;
+pub(crate) const RIVAL_SQUARES: f64 = 1.5;
 /// Residual over noise below which no further start is tried.
 const AT_NOISE: f64 = 1.04;
 /// Sum of squares over the one that a linear step foresees, up to which a fit has found what that step points

@@ -13,7 +13,7 @@
 use crate::bic;
 use crate::effects::Effect;
 use crate::fit::at_amplitude::with_windows;
-use crate::fit::fitting::{Fitted, Structure};
+use crate::fit::fitting::{enough, Fitted, Structure, FIRST_CYCLES, LONGER, RIVAL_SQUARES};
 use crate::fit::free_decay::FreeDecay;
 pub use crate::fit::problem::Release;
 use crate::fit::problem::{JointProblem, EVALUATIONS};
@@ -290,7 +290,63 @@ pub fn fit_from(
     let weight = |i: usize, j: usize| ordered[i].1[j].filter(|v| *v > 0.0).map(f64::recip);
     let start = together.gathered(&starts, &weight);
     let fit = together.minimise(&start, EVALUATIONS);
-    JointFit::new(releases, structure, sharing, together, fit)
+    let direct = JointFit::new(releases, structure, sharing, together, fit);
+    let over =
+        |(r, single): (&Release, &&Fitted)| single.sum_of_squares / r.decay.noise_rad.powi(2);
+    let apart: f64 = releases.iter().zip(singles).map(over).sum();
+    if direct.converged && direct.sum_of_squares < RIVAL_SQUARES * apart.max(enough(direct.count)) {
+        return direct;
+    }
+    let longer = lengthened(releases, structure, sharing, starts);
+    if longer.is_better_than(&direct) {
+        longer
+    } else {
+        direct
+    }
+}
+
+/// As [`fit`], and where that is not down to the noise over lengthening horizons.
+pub(crate) fn fit_or_lengthened(
+    releases: &[Release],
+    structure: &Structure,
+    sharing: &Sharing,
+    starts: &[Vec<f64>],
+) -> JointFit {
+    let direct = fit(releases, structure, sharing, starts);
+    if direct.converged && direct.sum_of_squares <= enough(direct.count) {
+        return direct;
+    }
+    let longer = lengthened(releases, structure, sharing, starts.to_vec());
+    if longer.is_better_than(&direct) {
+        longer
+    } else {
+        direct
+    }
+}
+
+/// Fits over ever longer parts of the releases: what one has in common with the others may lead to another count
+/// of cycles in all of it.
+fn lengthened(
+    releases: &[Release],
+    structure: &Structure,
+    sharing: &Sharing,
+    mut starts: Vec<Vec<f64>>,
+) -> JointFit {
+    let mut cycles = FIRST_CYCLES;
+    loop {
+        let mut parts = releases.to_vec();
+        for part in &mut parts {
+            part.count = part.count.min((cycles * part.decay.per_cycle()) as usize);
+        }
+        let found = fit(&parts, structure, sharing, &starts);
+        if parts.iter().zip(releases).all(|(part, whole)| part.count == whole.count) {
+            return found;
+        }
+        if found.sum_of_squares.is_finite() {
+            starts = found.fits.iter().map(|fit| fit.parameters.clone()).collect();
+        }
+        cycles *= LONGER;
+    }
 }
 
 #[cfg(test)]

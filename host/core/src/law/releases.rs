@@ -74,7 +74,7 @@ impl<'a> Releases<'a> {
         }
     }
 
-    pub(super) fn lengths(&self) -> Lengths {
+    pub(crate) fn lengths(&self) -> Lengths {
         let each: Vec<(&FreeDecay, Own)> =
             self.decays.iter().enumerate().map(|(i, decay)| (&**decay, self.own(i))).collect();
         Lengths::of_all(&each)
@@ -82,7 +82,7 @@ impl<'a> Releases<'a> {
 
     /// The second-order response of each, taking energy out where all do, and the numbers from which its fit
     /// begins.
-    pub(super) fn plain_start(&self) -> (Structure, Vec<f64>) {
+    pub(crate) fn plain_start(&self) -> (Structure, Vec<f64>) {
         let each: Vec<(Structure, [f64; 3])> = self.decays.iter().map(|d| plain_start(d)).collect();
         let own: Vec<Own> = (0..each.len()).map(|i| self.own(i)).collect();
         let mut common = vec![0.0; Own::ALONE.rest + 1 + own[0].more];
@@ -118,6 +118,16 @@ impl<'a> Releases<'a> {
             }
         }
         Some(out)
+    }
+
+    /// Numbers of each release at its beginning, in the order given, where its pieces have led.
+    pub(crate) fn begun(&self, fit: &PieceFit) -> Vec<Vec<f64>> {
+        let mut out = vec![Vec::new(); self.given.len()];
+        for (i, &given) in self.given.iter().enumerate() {
+            let first = fit.own.iter().position(|own| *own == self.own(i));
+            out[given] = fit.numbers(first.expect("a piece of each release"));
+        }
+        out
     }
 
     /// All fitted whole from where their pieces have led, by fixed steps and then by steps that adapt; the
