@@ -47,7 +47,8 @@ use yawrig_model::limits::structure;
 /// Several FILEs are releases of one rig: each is judged by itself, and what their answers name is tried in
 /// all of them at once. Each has its own natural frequency, damping ratio and rest angle (--same-rig: the
 /// first two in common), and one coefficient of each effect is common to all unless --own names it. What is
-/// held out is each release, predicted from the others.
+/// held out is each release, predicted from the others; far from the noise, where the effects are those that
+/// predict, it is pieces of the releases.
 ///
 /// A campaign.toml has its releases judged likewise: which effects they need, whether each is there with the
 /// wind off (mechanical) or only with it on (aerodynamic), and what it does to the derivatives.

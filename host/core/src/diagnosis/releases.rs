@@ -168,7 +168,13 @@ pub(crate) fn judge(
     let lasts = |e: &Effect| !matches!(e.acts_on(), Acts::State | Acts::Sensor) && !e.dies_out();
     named.retain(|effect| !lasts(effect) || alone.mostly(effect, |_| true));
     named.truncate(MOST_EFFECTS);
-    let all = begun(releases, &alone, &plain, &named)?;
+    // Beside a constant moment effects act about the sensor's zero, or about the angle of rest.
+    let moves_rest = named.iter().any(Effect::moves_rest);
+    let both = [false, true].into_iter().filter(|about_rest| moves_rest || !about_rest);
+    let both = both.map(|about_rest| begun(releases, &alone, &plain, &named, about_rest));
+    let both: Vec<ModelOfReleases> = both.collect::<Result<_>>()?;
+    let over = |model: &ModelOfReleases| over_noise(&model.fits, &releases.decays);
+    let all = both.into_iter().min_by(|a, b| over(a).total_cmp(&over(b))).expect("a model");
     // From all down to what is there, what is missed least taken out first.
     let mut path = vec![pruned(releases, &alone, all, there)?];
     while let Some(larger) = path.last().filter(|model| model.effects.len() > there + 1) {
@@ -230,20 +236,24 @@ fn begun(
     alone: &Alone,
     plain: &ModelOfReleases,
     named: &[Effect],
+    about_rest: bool,
 ) -> Result<ModelOfReleases> {
     let effects: Vec<Effect> = plain.effects.iter().chain(named).cloned().collect();
     let one = |(i, plain): (usize, &Fitted)| {
         let decay = &releases.decays[i];
         decay.stop.check()?;
-        let structure = Structure { effects: effects.clone(), ..plain.structure.clone() };
+        let structure =
+            Structure { effects: effects.clone(), about_rest, ..plain.structure.clone() };
         let own = alone.of_release(i).and_then(|answer| answer.path.last());
         let own = own.and_then(|model| {
-            let has = |e: &&Effect| model.structure.effects.contains(e);
+            let Structure { effects: own, zero_unknown, .. } = &model.structure;
+            let has = |e: &&Effect| own.contains(e) || e.moves_rest() && *zero_unknown;
             let there = effects.iter().filter(has).cloned().collect();
             let there = Structure { effects: there, ..structure.clone() };
             Some(refitted(decay, &there, &model.numbers_for(&there)?))
         });
-        let start = own.as_ref().unwrap_or(plain);
+        let mut start = own.unwrap_or_else(|| plain.clone());
+        start.structure.about_rest = about_rest;
         let missing = effects.iter().filter(|e| !start.structure.effects.contains(e));
         let model = missing.fold(start.clone(), |model, e| fit_added(decay, &model, e));
         let numbers = model.numbers_for(&structure).expect("all effects");

@@ -2,9 +2,8 @@
 //!
 //! Each release has a natural frequency, damping ratio, rest angle and state of its own, and unless asked
 //! otherwise one coefficient of each effect is common to all. The effects are those that the releases' own
-//! answers name, as far as all of them need them. Where a model with these is not down to the noise, those
-//! are kept without which a release that was left out is predicted worse: its own numbers are estimated anew,
-//! what is common comes from the others.
+//! answers name, as far as all of them need them. Where a model with these is not down to the noise, they are
+//! those that survive prediction over the pieces of all releases, as over those of one.
 
 use crate::diagnosis::account;
 use crate::diagnosis::answer::{Candidate, Left, Options};
@@ -19,6 +18,7 @@ use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::at_amplitude::{at_amplitudes, AtAmplitude};
 use crate::fit::fitting::{Covariance, Fitted, Structure};
+use crate::fit::floor;
 use crate::fit::free_decay::FreeDecay;
 use crate::identify::gaps::Warning;
 use crate::quantity::Quantity;
@@ -153,12 +153,22 @@ pub fn diagnose_several_with_fits(
             judged.path.iter().map(model).collect::<Vec<Path>>()
         })
         .filter(|path| is_forced || path.last().is_some_and(|p| explains(&p.joint.fits)));
+    let held_out = match near {
+        Some(_) => "each release, from the others",
+        None => "pieces of the releases, from the other pieces",
+    };
     let (mut path, indistinguishable) = match near {
         Some(path) => (path, judged.alone.indistinguishable(&each.effects)),
-        None => by_prediction(&releases, &judged, common, options, &structure)?,
+        None => {
+            for (decay, record) in releases.decays.iter_mut().zip(records) {
+                *decay = floor::with_steps(decay.clone(), record);
+            }
+            by_prediction(&releases, &judged, common, options, &structure)?
+        }
     };
     options.stop.check()?;
-    let mut found = told(records, &releases.decays, &path, common, named, &options.present.effects);
+    let present = &options.present.effects;
+    let mut found = told(records, &releases.decays, &path, common, named, present, held_out);
     found.candidates = judged.alone.candidates();
     found.indistinguishable = indistinguishable;
     if is_forced && found.status != Status::Explained {
@@ -175,13 +185,14 @@ fn told(
     common: &Common,
     named: Vec<Effect>,
     present: &[Effect],
+    held_out: &'static str,
 ) -> SeveralDiagnosis {
-    let mut held_out = f64::INFINITY;
+    let mut least = f64::INFINITY;
     let mut before: &[Effect] = present;
     let mut effects = named;
     let mut steps = Vec::new();
     for Path { effects: here, joint, held_out_over_noise } in path {
-        held_out = held_out.min(*held_out_over_noise);
+        least = least.min(*held_out_over_noise);
         let added = here.iter().find(|e| !before.contains(e)).cloned();
         before = here;
         effects.extend(added.clone());
@@ -195,7 +206,7 @@ fn told(
             added,
             residual_rms_deg: (raws.sum::<f64>() / decays.len() as f64).sqrt(),
             residual_over_noise: joint.over_noise(),
-            held_out_over_noise: held_out,
+            held_out_over_noise: least,
             parameters: in_common(joint).into_iter().filter(|(name, _)| !own(name)).collect(),
         });
     }
@@ -237,7 +248,7 @@ fn told(
         candidates: Vec::new(),
         modal: common.same_rig.then(|| modal(&last[0])),
         steps,
-        held_out: "each release, from the others",
+        held_out,
         sharing,
         sentence: account::sentence(&effects, &left, name_of(present)),
         records: last.iter().zip(&names).zip(decays).map(record).collect(),

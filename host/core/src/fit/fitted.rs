@@ -293,7 +293,8 @@ impl Fitted {
         let variance = |at: &Option<usize>| Some(self.covariance.as_ref()?[((*at)?, (*at)?)]);
         (from.iter().map(value).collect(), from.iter().map(variance).collect())
     }
-    /// The numbers for a fit of `structure`; none where it has an effect more.
+    /// The numbers for a fit of `structure`; none where it has an effect more, but for a constant moment in place of
+    /// the sensor's zero.
     pub(crate) fn numbers_for(&self, structure: &Structure) -> Option<Vec<f64>> {
         let mut p = self.parameters[..PLAIN].to_vec();
         let zero = |of: &Structure| {
@@ -306,7 +307,14 @@ impl Fitted {
         p[2] += rest * (f64::from(zero(&self.structure)) - f64::from(zero(structure)));
         p.extend(structure.zero_unknown.then_some(rest));
         for effect in &structure.effects {
-            p.extend(self.varied(effect)?);
+            match self.varied(effect) {
+                Some(varied) => p.extend(varied),
+                // A constant moment under which it would rest there.
+                None if effect.moves_rest() && self.structure.zero_unknown => {
+                    p.push(rest * p[0].powi(2));
+                }
+                None => return None,
+            }
         }
         Some(p)
     }
