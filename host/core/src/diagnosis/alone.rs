@@ -9,13 +9,6 @@ use crate::record::Record;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Effects, those of most `votes` first; of as many in the order of the library.
-pub(super) fn most_first(votes: BTreeMap<Effect, usize>) -> Vec<Effect> {
-    let mut all: Vec<(Effect, usize)> = votes.into_iter().collect();
-    all.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
-    all.into_iter().map(|(effect, _)| effect).collect()
-}
-
 pub(crate) struct Alone {
     /// Which releases were judged, and what was said of each.
     pub(crate) which: Vec<usize>,
@@ -45,14 +38,17 @@ impl Alone {
         self.answers[answer].diagnosis.effects.contains(effect)
     }
 
-    /// Effects with a definite course that are named, those of most releases first.
+    /// Effects with a definite course that are named, those of most releases first; of as many in the order of the
+    /// library.
     pub(crate) fn named(&self) -> Vec<Effect> {
         let mut votes: BTreeMap<Effect, usize> = BTreeMap::new();
         let definite = |e: &&Effect| !e.is_random();
         for effect in self.answers.iter().flat_map(|a| &a.diagnosis.effects).filter(definite) {
             *votes.entry(effect.clone()).or_default() += 1;
         }
-        most_first(votes)
+        let mut all: Vec<(Effect, usize)> = votes.into_iter().collect();
+        all.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
+        all.into_iter().map(|(effect, _)| effect).collect()
     }
 
     /// Whether most of the releases `among` those judged name `effect`.

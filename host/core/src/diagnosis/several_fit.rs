@@ -1,5 +1,5 @@
 //! The models of several releases of one rig: effects that all of them need at once, or those that survive
-//! prediction, release by release.
+//! prediction over the pieces of all.
 
 use crate::diagnosis::alike::alike;
 use crate::diagnosis::answer::{Options, MOST_LEFT};
@@ -102,17 +102,18 @@ pub(super) fn by_prediction(
     let alike = alike(&survivors, |_| true)?;
     let noise_rad = mean_square(&releases.decays, |d| d.noise_rad);
     let path = survivors.path.iter().map(|judged| {
+        releases.check()?;
         let fit = &judged.model.fit;
         let sharing = sharing(releases, &fit.structure.effects, common);
         let whole: Vec<Release> = releases.decays.iter().map(Release::whole).collect();
-        let joint = joint::fit_or_lengthened(&whole, &fit.structure, &sharing, &pooled.begun(fit));
-        Path {
+        let joint = joint::fit_or_lengthened(&whole, &fit.structure, &sharing, pooled.begun(fit));
+        Ok(Path {
             effects: fit.structure.effects.clone(),
             joint: joint.with_discrepancy(&whole),
             held_out_over_noise: judged.prediction.rms_rad() / noise_rad,
-        }
+        })
     });
-    let mut path: Vec<Path> = path.collect();
+    let mut path: Vec<Path> = path.collect::<Result<_>>()?;
     let longer = lines_beside(releases, judged, common, path.last().expect("a model"))?;
     path.extend(longer);
     Ok((path, alike))

@@ -126,6 +126,29 @@ impl JointFit {
         self
     }
 
+    /// This, or where its sum of squares is not `near` what it may be the fit over ever longer parts of the releases:
+    /// what one has in common with the others may lead to another count of cycles in all of it.
+    fn or_lengthened(self, near: f64, releases: &[Release], mut starts: Vec<Vec<f64>>) -> Self {
+        if self.converged && self.sum_of_squares <= near {
+            return self;
+        }
+        let mut cycles = FIRST_CYCLES;
+        loop {
+            let mut parts = releases.to_vec();
+            for part in &mut parts {
+                part.count = part.count.min((cycles * part.decay.per_cycle()) as usize);
+            }
+            let found = fit(&parts, &self.structure, &self.sharing, &starts);
+            if parts.iter().zip(releases).all(|(part, whole)| part.count == whole.count) {
+                return if found.is_better_than(&self) { found } else { self };
+            }
+            if found.sum_of_squares.is_finite() {
+                starts = found.fits.iter().map(|fit| fit.parameters.clone()).collect();
+            }
+            cycles *= LONGER;
+        }
+    }
+
     /// Whether it has converged where the other has not, or has the smaller sum of squares; one that is no
     /// number is the larger.
     pub fn is_better_than(&self, other: &Self) -> bool {
@@ -294,15 +317,8 @@ pub fn fit_from(
     let over =
         |(r, single): (&Release, &&Fitted)| single.sum_of_squares / r.decay.noise_rad.powi(2);
     let apart: f64 = releases.iter().zip(singles).map(over).sum();
-    if direct.converged && direct.sum_of_squares < RIVAL_SQUARES * apart.max(enough(direct.count)) {
-        return direct;
-    }
-    let longer = lengthened(releases, structure, sharing, starts);
-    if longer.is_better_than(&direct) {
-        longer
-    } else {
-        direct
-    }
+    let near = RIVAL_SQUARES * apart.max(enough(direct.count));
+    direct.or_lengthened(near, releases, starts)
 }
 
 /// As [`fit`], and where that is not down to the noise over lengthening horizons.
@@ -310,43 +326,11 @@ pub(crate) fn fit_or_lengthened(
     releases: &[Release],
     structure: &Structure,
     sharing: &Sharing,
-    starts: &[Vec<f64>],
+    starts: Vec<Vec<f64>>,
 ) -> JointFit {
-    let direct = fit(releases, structure, sharing, starts);
-    if direct.converged && direct.sum_of_squares <= enough(direct.count) {
-        return direct;
-    }
-    let longer = lengthened(releases, structure, sharing, starts.to_vec());
-    if longer.is_better_than(&direct) {
-        longer
-    } else {
-        direct
-    }
-}
-
-/// Fits over ever longer parts of the releases: what one has in common with the others may lead to another count
-/// of cycles in all of it.
-fn lengthened(
-    releases: &[Release],
-    structure: &Structure,
-    sharing: &Sharing,
-    mut starts: Vec<Vec<f64>>,
-) -> JointFit {
-    let mut cycles = FIRST_CYCLES;
-    loop {
-        let mut parts = releases.to_vec();
-        for part in &mut parts {
-            part.count = part.count.min((cycles * part.decay.per_cycle()) as usize);
-        }
-        let found = fit(&parts, structure, sharing, &starts);
-        if parts.iter().zip(releases).all(|(part, whole)| part.count == whole.count) {
-            return found;
-        }
-        if found.sum_of_squares.is_finite() {
-            starts = found.fits.iter().map(|fit| fit.parameters.clone()).collect();
-        }
-        cycles *= LONGER;
-    }
+    let direct = fit(releases, structure, sharing, &starts);
+    let near = enough(direct.count);
+    direct.or_lengthened(near, releases, starts)
 }
 
 #[cfg(test)]
