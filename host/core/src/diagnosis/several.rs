@@ -214,11 +214,10 @@ fn told(
     let names: Vec<String> = records.iter().map(|r| r.file.display().to_string()).collect();
     let files: Vec<&str> = names.iter().map(String::as_str).collect();
     let left = releases::left(&path[0].joint.fits, last, decays, &files);
-    let sharing = effects.iter().map(|e| {
+    let shared = |e: &Effect| {
         let own = common.own.contains(e) || e.moves_rest();
         (e.to_string(), if own { OWN } else { "one for all releases" })
-    });
-    let sharing = sharing.collect();
+    };
     let worst = releases::worst(last, decays);
     let record = |((fit, file), decay): ((&Fitted, &String), &FreeDecay)| {
         let rest = fit.rest_rad().expect("a rest angle that was fitted");
@@ -249,7 +248,7 @@ fn told(
         modal: common.same_rig.then(|| modal(&last[0])),
         steps,
         held_out,
-        sharing,
+        sharing: effects.iter().map(shared).collect(),
         sentence: account::sentence(&effects, &left, name_of(present)),
         records: last.iter().zip(&names).zip(decays).map(record).collect(),
         effects,
