@@ -88,7 +88,7 @@ pub(super) fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Re
     let present = &options.present;
     // Pieces of a free decay do not show what follows time, and a flexible effect is not looked for beside
     // another.
-    if !present.effects.iter().all(|e| e.is_strength_of_state() || e.is_own()) {
+    if !present.effects.iter().all(Effect::shows_in_pieces) {
         let start = SearchStart::of(&decay, options)?;
         return Ok(by_likelihood(record, &decay, &start)?.0);
     }

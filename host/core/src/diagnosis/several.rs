@@ -147,23 +147,25 @@ pub fn diagnose_several_with_fits(
     }
     let explains = |fits: &[Fitted]| are_explained(fits, &releases.decays);
     let each = judged.path.last().expect("a model");
-    let near = (is_forced || explains(&each.fits))
+    // What pieces do not show is not judged by them.
+    let at_once = is_forced || !present.iter().all(Effect::shows_in_pieces);
+    let near = (at_once || explains(&each.fits))
         .then(|| {
             let model = |model| in_common_at_once(&releases, model, common);
             judged.path.iter().map(model).collect::<Vec<Path>>()
         })
-        .filter(|path| is_forced || path.last().is_some_and(|p| explains(&p.joint.fits)));
-    let held_out = match near {
-        Some(_) => "each release, from the others",
-        None => "pieces of the releases, from the other pieces",
-    };
-    let (mut path, indistinguishable) = match near {
-        Some(path) => (path, judged.alone.indistinguishable(&each.effects)),
+        .filter(|path| at_once || path.last().is_some_and(|p| explains(&p.joint.fits)));
+    let (mut path, indistinguishable, held_out) = match near {
+        Some(path) => {
+            let alike = judged.alone.indistinguishable(&each.effects);
+            (path, alike, "each release, from the others")
+        }
         None => {
             for (decay, record) in releases.decays.iter_mut().zip(records) {
                 *decay = floor::with_steps(decay.clone(), record);
             }
-            by_prediction(&releases, &judged, common, options, &structure)?
+            let (path, alike) = by_prediction(&releases, &judged, common, options, &structure)?;
+            (path, alike, "pieces of the releases, from the other pieces")
         }
     };
     options.stop.check()?;

@@ -41,6 +41,11 @@ impl Effect {
         self.acts_on() == Acts::State && self.law().is_proportional()
     }
 
+    /// Whether pieces of a free decay show it, each with a state of its own: not what follows time.
+    pub(crate) fn shows_in_pieces(&self) -> bool {
+        self.is_strength_of_state() || self.is_own()
+    }
+
     /// Whether it moves the angle of rest and does nothing else, so that a sensor which was not zeroed looks
     /// the same.
     pub fn moves_rest(&self) -> bool {
