@@ -245,7 +245,7 @@ impl Diagnose {
             |file: &Path| file.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
         let files = self.release.of(&self.files)?;
         if files.len() > 1 {
-            return several(&files, &self.release.selection()?, options);
+            return several(&files, &self.release.selection()?, self.beside_model(options)?);
         }
         let asked = self.same_rig || !self.share.is_empty() || !self.own.is_empty();
         if let (true, [file]) = (asked, &files[..]) {
@@ -274,13 +274,18 @@ impl Diagnose {
         }
     }
 
-    fn case_of(&self, mut records: Vec<Record>) -> Result<Case> {
-        let mut options = self.options()?;
+    /// With what the model of --model holds as present.
+    fn beside_model(&self, mut options: Options) -> Result<Options> {
         if let Some(path) = &self.model {
             let model = Model::read(path)?;
             options.zero_unknown |= model.unknown_zero;
             options.present = structure(&model)?;
         }
+        Ok(options)
+    }
+
+    fn case_of(&self, mut records: Vec<Record>) -> Result<Case> {
+        let options = self.beside_model(self.options()?)?;
         let model = match self.model {
             Some(_) => PRESENT,
             None => SECOND_ORDER,

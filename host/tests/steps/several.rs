@@ -55,6 +55,33 @@ fn two_releases_are_judged_as_one() {
     assert!(text.contains("b.csv: coulomb_friction.c"), "{text}");
 }
 
+/// A model beside several records is what they are judged from; one that is not there is an error.
+#[test]
+fn several_releases_are_judged_beside_a_model() {
+    let folder = tempfile::tempdir().unwrap();
+    for (seed, file) in [("1", "a.csv"), ("2", "b.csv")] {
+        let made = format!(
+            "simulate --natural-frequency 7.5 --damping 0.008 --effect coulomb_friction:c=0.1 --seconds 20 --seed {seed} --out {file}"
+        );
+        let made: Vec<&str> = made.split(' ').collect();
+        assert!(yawrig(folder.path(), &made).status.success());
+    }
+    let lost = yawrig(folder.path(), &["diagnose", "a.csv", "b.csv", "--model", "m.toml"]);
+    assert_eq!(lost.status.code(), Some(3), "{}", String::from_utf8_lossy(&lost.stderr));
+    assert!(String::from_utf8_lossy(&lost.stderr).contains("m.toml"));
+    for words in [
+        &["fit", "a.csv", "--model", "m.toml"][..],
+        &["add", "coulomb_friction", "--model", "m.toml"],
+    ] {
+        let out = yawrig(folder.path(), words);
+        assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    }
+    let found =
+        yawrig(folder.path(), &["diagnose", "a.csv", "b.csv", "--model", "m.toml", "--json"]);
+    let said: Value = serde_json::from_slice(&found.stdout).unwrap();
+    assert_eq!((&said["status"], &said["effects"]), (&"adequate".into(), &serde_json::json!([])));
+}
+
 #[test]
 fn what_says_nothing_of_one_release_is_refused() {
     let folder = tempfile::tempdir().unwrap();
