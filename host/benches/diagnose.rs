@@ -4,8 +4,9 @@
 //! beside the time.
 
 use std::path::PathBuf;
+use std::slice::from_ref;
 use std::time::Instant;
-use yawrig_core::diagnosis::diagnose::{diagnose, Options};
+use yawrig_core::diagnosis::diagnose::{diagnose, Grouping, Options};
 use yawrig_core::record::Record;
 use yawrig_rig::{Effects, End, Samples, Sensor, Start};
 use yawrig_shared::modal::Modal;
@@ -45,7 +46,9 @@ fn main() {
             .unzip();
         let record = Record::new(PathBuf::from("release"), time_s, yaw_deg);
         let begin = Instant::now();
-        let found = diagnose(&record, &Options::default()).expect("a swing");
+        let found = diagnose(from_ref(&record), &Grouping::default(), &Options::default())
+            .expect("a swing")
+            .diagnosis;
         let seconds = begin.elapsed().as_secs_f64();
         let names: Vec<&str> = found.effects.iter().map(|e| e.id()).collect();
         println!("{seconds:7.2}  {} -> {:?} {}", hidden.join(" "), found.status, names.join(", "));

@@ -32,22 +32,12 @@ pub enum Drawn {
     Nothing,
     /// A record, with the natural frequency and damping ratio that were identified.
     Identified(Box<Record>, [f64; 2]),
-    Diagnosed(Box<(Record, Diagnosed)>),
-    /// Each record with its model; what is random in the answer, which no model follows.
-    Fitted {
-        each: Vec<OfRecord>,
-        random: Option<Effect>,
-    },
+    Diagnosed(Vec<Record>, Box<Diagnosed>),
+    /// Each record with its model.
+    Fitted(Vec<OfRecord>),
     Derivatives(Box<Table>),
     /// A record that was made.
     Made(Box<Record>),
-}
-
-impl Drawn {
-    /// Each record with its model.
-    pub fn fitted(each: Vec<OfRecord>) -> Self {
-        Self::Fitted { each, random: None }
-    }
 }
 
 /// A record and the model that was fitted to it.
@@ -107,12 +97,13 @@ impl Answer {
             all.iter().map(|r| (r.name.clone(), &r.decay, &r.model)).collect()
         }
         Ok(match &self.drawn {
-            Drawn::Diagnosed(both) => {
-                let last = both.1.path.last();
-                let of = |model| (both.0.file.display().to_string(), &both.1.decay, model);
-                last.map(of).into_iter().collect()
+            Drawn::Diagnosed(records, diagnosed) => {
+                let of = |(i, record): (usize, &Record)| {
+                    (record.name(), &diagnosed.decays[i], diagnosed.last(i))
+                };
+                records.iter().enumerate().map(of).collect()
             }
-            Drawn::Fitted { each: all, .. } => each(all),
+            Drawn::Fitted(all) => each(all),
             Drawn::Identified(record, values) => {
                 if self.fits.get().is_none() {
                     // Another thread may have been quicker, with the same.
@@ -127,8 +118,7 @@ impl Answer {
     /// What is random in the answer, and in no model of a record.
     pub fn random(&self) -> Option<&Effect> {
         match &self.drawn {
-            Drawn::Diagnosed(both) => both.1.diagnosis.effects.iter().find(|e| e.is_random()),
-            Drawn::Fitted { random, .. } => random.as_ref(),
+            Drawn::Diagnosed(_, found) => found.diagnosis.effects.iter().find(|e| e.is_random()),
             _ => None,
         }
     }
@@ -140,9 +130,11 @@ impl Answer {
     pub fn pictures(&self) -> Result<Vec<(String, String)>> {
         let charts = match &self.drawn {
             Drawn::Nothing | Drawn::Made(_) => Vec::new(),
-            Drawn::Diagnosed(both) => charts::of(&of_diagnosed(&both.0, &both.1)),
+            Drawn::Diagnosed(records, found) if records.len() == 1 => {
+                charts::of(&of_diagnosed(&records[0], found))
+            }
             Drawn::Derivatives(table) => vec![charts::derivatives(&of_table(table))],
-            Drawn::Identified(..) | Drawn::Fitted { .. } => {
+            Drawn::Identified(..) | Drawn::Diagnosed(..) | Drawn::Fitted(_) => {
                 let of = |(_, decay, model): OfOne| {
                     drawn_of(decay, &[(with_effects(model).as_str(), model)])
                 };

@@ -5,23 +5,14 @@ use rayon::prelude::*;
 use yawrig_base::error::Result;
 use yawrig_base::interrupt;
 use yawrig_base::message::Progress;
-use yawrig_core::diagnosis::campaign::{self, CampaignDiagnosis, DiagnosedCampaign};
-use yawrig_core::diagnosis::diagnose::Options;
+use yawrig_core::diagnosis::diagnose::{self as core, Diagnosed, Grouping, Options};
 use yawrig_core::record::Record;
 
 /// Judges the campaign in `file`.
 ///
 /// # Errors
-/// As [`diagnose_with_fits`].
-pub fn diagnose(file: &CampaignFile, options: &Options) -> Result<CampaignDiagnosis> {
-    Ok(diagnose_with_fits(file, options)?.diagnosis)
-}
-
-/// Judges the campaign in `file`, and keeps what was fitted.
-///
-/// # Errors
 /// Exit 3 where a record cannot be read or has no free decay in it, 130 where the user stops it.
-pub fn diagnose_with_fits(file: &CampaignFile, options: &Options) -> Result<DiagnosedCampaign> {
+pub fn diagnose(file: &CampaignFile, options: &Options) -> Result<Diagnosed> {
     let progress = Progress::of(file.campaign.release.len(), "reading");
     let read = |index: usize| {
         interrupt::check()?;
@@ -32,7 +23,7 @@ pub fn diagnose_with_fits(file: &CampaignFile, options: &Options) -> Result<Diag
     let records: Vec<Result<Record>> = releases.into_par_iter().map(read).collect();
     // Collected first, so that of several bad records always the first is named.
     let records = records.into_iter().collect::<Result<Vec<_>>>()?;
-    let diagnosed = campaign::diagnose_with_fits(&file.campaign, &records, options)?;
+    let diagnosed = core::diagnose(&records, &Grouping::Campaign(&file.campaign), options)?;
     for warning in diagnosed.decays.iter().flat_map(|decay| &decay.warnings) {
         yawrig_base::warn!("{warning}");
     }

@@ -13,7 +13,7 @@ pub mod pattern;
 pub mod plan;
 pub mod simulated;
 
-pub use diagnose::{diagnose, diagnose_with_fits};
+pub use diagnose::diagnose;
 pub use evaluate::{doubts, evaluate, looked_at, table, Identify};
 
 use serde::Deserialize;

@@ -4,8 +4,7 @@
 
 mod made;
 
-use yawrig_core::diagnosis::diagnose::Options;
-use yawrig_core::diagnosis::several::{diagnose_several, Common};
+use yawrig_core::diagnosis::diagnose::{diagnose, Common, Grouping, Options};
 use yawrig_core::effects::Effect;
 use yawrig_core::error::Result;
 
@@ -16,8 +15,8 @@ fn main() -> Result<()> {
         made::release("from 16 deg", mode, 16.0, std::slice::from_ref(&rubbing)),
         made::release("from 11 deg", mode, 11.0, std::slice::from_ref(&rubbing)),
     ];
-    let common = Common { same_rig: true, ..Common::default() };
-    let found = diagnose_several(&records, &common, &Options::default())?;
+    let grouping = Grouping::Rig(Common { same_rig: true, ..Common::default() });
+    let found = diagnose(&records, &grouping, &Options::default())?.diagnosis;
     println!("{}", found.sentence);
     for step in &found.steps {
         let added = step.added.as_ref().map_or("second order", Effect::id);

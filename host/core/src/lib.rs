@@ -6,7 +6,7 @@
 //! |---|---|
 //! | hold a record | [`record::Record`] |
 //! | identify wn and zeta with their uncertainties | [`identify::identify`], [`quantity::Quantity`] |
-//! | find what the second-order model lacks | [`diagnosis::diagnose::diagnose`], of several releases [`diagnosis::several::diagnose_several`] |
+//! | find what the second-order model lacks | [`diagnosis::diagnose::diagnose`], of one release, several or a campaign |
 //! | fit chosen effects | [`fit::free_decay::FreeDecay`], [`fit::fitting`], to several releases [`fit::joint`] |
 //! | choose effects, or bring one | [`effects::Effect`], [`effects::Terms`] |
 //! | simulate | [`motion::simulate`] |

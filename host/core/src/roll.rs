@@ -7,8 +7,8 @@
 //! Himeno, Univ. of Michigan Rep. 239, 1981): 2 zeta wn A44 with the natural frequency and the damping ratio
 //! at that amplitude, whatever the law.
 
-use crate::diagnosis::diagnose::Modal;
 use crate::effects::{Effect, RollTerm};
+use crate::fit::fitting::Modal;
 use crate::identify::AtAmplitude;
 use crate::quantity::Quantity;
 use serde::Serialize;

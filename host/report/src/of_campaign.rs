@@ -9,13 +9,12 @@ use super::{
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
-use yawrig_campaign::diagnose_with_fits;
+use yawrig_campaign::diagnose;
 use yawrig_campaign::evaluate;
 use yawrig_campaign::CampaignFile;
 use yawrig_core::derivatives::condition::Identified;
 use yawrig_core::derivatives::table::Table;
-use yawrig_core::diagnosis::campaign::{DiagnosedCampaign, HeldOut};
-use yawrig_core::diagnosis::diagnose::Options;
+use yawrig_core::diagnosis::diagnose::{Diagnosed, Options};
 use yawrig_core::fit::fitting::Fitted;
 use yawrig_core::identify::{identify, Method, Settings};
 use yawrig_core::record::Record;
@@ -32,7 +31,7 @@ pub struct Also<'a> {
 /// The report of the campaign at `path`.
 ///
 /// # Errors
-/// Those of [`evaluate`] and [`diagnose_with_fits`].
+/// Those of [`evaluate`] and [`diagnose`].
 pub fn of_campaign(path: &Path, also: &Also, made: Made) -> Result<Report> {
     let Also { settings, options, beside } = *also;
     let identified = |record: &Record| {
@@ -46,7 +45,7 @@ pub fn of_campaign(path: &Path, also: &Also, made: Made) -> Result<Report> {
     yawrig_base::say!("{count} releases: identifying them");
     let table = evaluate(&file, method, &identified)?;
     yawrig_base::say!("{count} releases: looking for what they lack");
-    let diagnosed = diagnose_with_fits(&file, options)?;
+    let diagnosed = diagnose(&file, options)?;
     let mut report = Report::new(Kind::Campaign, path.display().to_string(), made);
     report.settings = analysis(settings);
     let campaign = &file.campaign;
@@ -91,7 +90,7 @@ pub fn of_table(table: &Table) -> Report {
     Report { points, ..Report::new(Kind::Campaign, table.model.clone(), made) }
 }
 
-fn criticism(diagnosed: &DiagnosedCampaign) -> Criticism {
+fn criticism(diagnosed: &Diagnosed) -> Criticism {
     let d = &diagnosed.diagnosis;
     let values = d.steps.last().map(|s| s.parameters.clone()).unwrap_or_default();
     let mut effects = effects(&d.said.measurand(), &d.effects, &values);
@@ -99,18 +98,12 @@ fn criticism(diagnosed: &DiagnosedCampaign) -> Criticism {
         let origin = d.origin.get(&effect.id).map(ToString::to_string);
         effect.origin = origin.zip(d.origin_reason.get(&effect.id).cloned()).map(|(a, b)| [a, b]);
     }
-    let held_out = match d.held_out {
-        HeldOut::Releases => {
-            "the last repeat of each condition, the coefficients known from the others"
-        }
-        HeldOut::LaterPart => "the later part of each release",
-    };
     Criticism {
         said: d.said.clone(),
         status: Some(status(d.status)),
         sentences: Vec::new(),
         steps: steps(&d.steps, SECOND_ORDER),
-        held_out: held_out.to_owned(),
+        held_out: d.held_out.words().to_owned(),
         candidates: candidates(&d.candidates),
         effects,
         indistinguishable: pairs(&d.indistinguishable),
@@ -122,14 +115,14 @@ fn criticism(diagnosed: &DiagnosedCampaign) -> Criticism {
 fn release(
     file: &CampaignFile,
     options: &Options,
-    diagnosed: &DiagnosedCampaign,
+    diagnosed: &Diagnosed,
     table: &Table,
     index: usize,
 ) -> Result<ReleaseReport> {
     let entry = &file.campaign.release[index];
     let record = file.record(index)?;
-    let (decay, plain, last) =
-        (&diagnosed.decays[index], &diagnosed.plain[index], &diagnosed.last[index]);
+    let (decay, last) = (&diagnosed.decays[index], diagnosed.last(index));
+    let plain = &diagnosed.path[0][index];
     let with = with_effects(last);
     let mut models: Vec<(&str, &Fitted)> = vec![(SECOND_ORDER, plain)];
     if !last.structure.effects.is_empty() {
@@ -153,8 +146,8 @@ fn release(
         },
         Estimate {
             method: "the final model".to_owned(),
-            natural_frequency_rad_s: verdict.natural_frequency_rad_s,
-            damping_ratio: verdict.damping_ratio,
+            natural_frequency_rad_s: verdict.modal.natural_frequency_rad_s,
+            damping_ratio: verdict.modal.damping_ratio,
             residual_rms_deg: None,
             residual_over_noise: None,
             remarks: Vec::new(),

@@ -1,19 +1,18 @@
 //! The report of records: each identified by every method and diagnosed.
 
 use super::charts::{self, Chart};
-use super::criticism::{
-    candidates, capital, effects, pairs, status, steps, verdict, LATER_PART, SECOND_ORDER,
-};
+use super::criticism::{candidates, capital, effects, pairs, status, steps, verdict, SECOND_ORDER};
 use super::trace::{self, values};
 use super::{
     Criticism, Estimate, Kind, Made, ReleaseReport, Report, SettingRow, SourceFile, TRACE_NUMBERS,
 };
 use std::path::PathBuf;
+use std::slice::from_ref;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
 use yawrig_core::diagnosis::amplitude::picture;
 use yawrig_core::diagnosis::compare::locate;
-use yawrig_core::diagnosis::diagnose::{diagnose_with_fits, Diagnosed, Options};
+use yawrig_core::diagnosis::diagnose::{diagnose, Diagnosed, Grouping, Options};
 use yawrig_core::fit::at_amplitude::at_amplitudes;
 use yawrig_core::fit::fitting::{fit_plain_within, Fitted, Limit, Number, Structure};
 use yawrig_core::fit::free_decay::FreeDecay;
@@ -60,11 +59,11 @@ pub fn of_records(
         report.sources.push(SourceFile::of(file)?);
         let methods = [Method::LeastSquares, Method::Conventional, Method::Network];
         let identified = identify(&record, &methods, settings)?;
-        let diagnosed = diagnose_with_fits(&record, options)?;
-        for warning in &diagnosed.decay.warnings {
+        let diagnosed = diagnose(from_ref(&record), &Grouping::default(), options)?;
+        for warning in &diagnosed.decays[0].warnings {
             yawrig_base::warn!("{warning}");
         }
-        let of = |e: &identify::Estimate| estimate(e, &diagnosed.decay, options.zero_unknown);
+        let of = |e: &identify::Estimate| estimate(e, &diagnosed.decays[0], options.zero_unknown);
         let estimates = identified.estimates.iter().map(of).collect();
         let notes = identified
             .unavailable
@@ -164,9 +163,10 @@ fn release(
     numbers: usize,
     sentence: &mut String,
 ) -> ReleaseReport {
-    let Diagnosed { diagnosis: d, decay, singles, path } = diagnosed;
+    let Diagnosed { diagnosis: d, decays, singles, path } = diagnosed;
+    let decay = &decays[0];
     *sentence = verdict(d.status, &d.effects);
-    let (plain, last) = (&path[0], path.last().expect("a model"));
+    let (plain, last) = (&path[0][0], diagnosed.last(0));
     let with = with_effects(last);
     let mut models: Vec<(&str, &Fitted)> = vec![(SECOND_ORDER, plain)];
     if path.len() > 1 {
@@ -177,9 +177,9 @@ fn release(
     let criticism = Criticism {
         said: d.said.clone(),
         status: Some(status(d.status)),
-        sentences: d.sentence.as_deref().map(capital).into_iter().chain(d.refusals()).collect(),
+        sentences: std::iter::once(capital(&d.sentence)).chain(d.refusals()).collect(),
         steps: steps(&d.steps, SECOND_ORDER),
-        held_out: LATER_PART.to_owned(),
+        held_out: d.held_out.words().to_owned(),
         candidates: candidates(&d.candidates),
         effects: effects(&d.said.measurand(), &d.effects, &values_of),
         indistinguishable: pairs(&d.indistinguishable),

@@ -111,7 +111,7 @@ impl Compare {
         let both = recorded.into_iter().zip(fits);
         let fitted = both.map(|(recorded, model)| OfRecord::of(recorded, model)).collect();
         let object = revised(model.as_deref(), &revision);
-        Ok(Answer::new(&object, sentence)?.drawn_from(Drawn::fitted(fitted)))
+        Ok(Answer::new(&object, sentence)?.drawn_from(Drawn::Fitted(fitted)))
     }
 
     fn side_by_side(&self, models: &[PathBuf], files: &[PathBuf]) -> Result<()> {

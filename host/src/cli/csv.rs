@@ -6,10 +6,9 @@ use yawrig_base::error::Result;
 use yawrig_campaign::doubted;
 use yawrig_core::derivatives::at::At;
 use yawrig_core::derivatives::table::{Point, Table};
-use yawrig_core::diagnosis::diagnose::Step;
+use yawrig_core::diagnosis::diagnose::Diagnosis;
 use yawrig_core::identify::Identification;
 use yawrig_core::quantity::Quantity;
-use yawrig_core::record::Said;
 use yawrig_model::journal::JournalStep;
 
 /// A row, its cells quoted where they have to be.
@@ -124,12 +123,8 @@ pub fn derivatives(tables: &[Table]) -> Result<()> {
 }
 
 /// A row for each model that was gone through, the last being the answer.
-pub fn diagnosed(
-    what: &str,
-    status: &impl serde::Serialize,
-    steps: &[Step],
-    said: &Said,
-) -> Result<()> {
+pub fn diagnosed(what: &str, diagnosis: &Diagnosis) -> Result<()> {
+    let Diagnosis { status, steps, said, .. } = diagnosis;
     let mut out =
         "of,status,added,residual_rms_deg,residual_over_noise,held_out_over_noise,parameters,quantity,unit\n"
             .to_owned();

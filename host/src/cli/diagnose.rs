@@ -9,23 +9,19 @@ use super::diagnosis_text;
 use super::law;
 use super::model::{JudgeArgs, DEFAULT};
 use super::releases::ReleaseArg;
-use super::roll::{self, RollArgs};
-use crate::answer::{Answer, Drawn, OfRecord};
-use case::{beside, one, several, Case, PRESENT};
+use super::roll::RollArgs;
+use crate::answer::{Answer, Drawn};
+use case::{beside, one, several, Case};
 use clap::Args;
-use json::{campaign_object, object, several_object};
-use std::collections::BTreeMap;
+use json::object;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
 use yawrig_campaign::CampaignFile;
-use yawrig_core::diagnosis::campaign::CampaignDiagnosis;
 use yawrig_core::diagnosis::diagnose::{
-    diagnose_with_fits, name_of, verdict, Diagnosed, Diagnosis, Options, Status, SECOND_ORDER,
+    diagnose, name_of, verdict, Common, Diagnosed, Diagnosis, Grouping, Options, Status,
 };
-use yawrig_core::diagnosis::several::{diagnose_several_with_fits, Common, DiagnosedSeveral};
 use yawrig_core::record::Record;
-use yawrig_core::roll::RollDecay;
 use yawrig_model::document::{is_model, Model};
 use yawrig_model::effects::named;
 use yawrig_model::law::LawAnswer;
@@ -86,94 +82,51 @@ pub struct Diagnose {
 }
 
 /// What came of it.
-enum Outcome {
-    Record {
-        record: Record,
-        diagnosed: Box<Diagnosed>,
-        law: Option<Box<LawAnswer>>,
-        roll: Option<RollDecay>,
-        model: &'static str,
-        seconds: f64,
-    },
-    Several {
-        files: Vec<String>,
-        diagnosed: Box<DiagnosedSeveral>,
-        model: &'static str,
-        seconds: f64,
-    },
-    Campaign {
-        path: PathBuf,
-        diagnosis: Box<CampaignDiagnosis>,
-        seconds: f64,
-    },
+struct Outcome {
+    /// None of a campaign, whose releases are its own.
+    records: Vec<Record>,
+    campaign: Option<PathBuf>,
+    diagnosed: Diagnosed,
+    law: Option<LawAnswer>,
+    model: &'static str,
+    seconds: f64,
+}
+
+impl Outcome {
+    /// What was judged.
+    fn name(&self) -> String {
+        match &self.campaign {
+            Some(path) => path.display().to_string(),
+            None => self.records.iter().map(Record::name).collect::<Vec<_>>().join(" "),
+        }
+    }
 }
 
 impl Diagnose {
     pub fn run(&self) -> Result<()> {
-        match self.judged(self.case()?, !self.csv)? {
-            Outcome::Record { record, diagnosed, law, roll, model, seconds } => {
-                let Diagnosed { diagnosis, .. } = *diagnosed;
-                let file = record.file.display().to_string();
-                if self.csv {
-                    return csv::diagnosed(
-                        &file,
-                        &diagnosis.status,
-                        &diagnosis.steps,
-                        &diagnosis.said,
-                    );
-                }
-                let files = match &law {
-                    Some(found) => law::written(found, self.out.as_deref())?,
-                    None => Vec::new(),
-                };
-                if self.judge.json {
-                    return print_json(&object(&diagnosis, law.as_deref(), &files, roll, seconds));
-                }
-                let reading = self.release.selection()?;
-                let measure = law::command(&[record.file], &reading, false);
-                let mut text = diagnosis_text::of_record(&file, &diagnosis, model, &measure);
-                if let Some(decay) = &roll {
-                    text += &format!(
-                        "\n\n{}",
-                        roll::text(decay, &diagnosis.said.measurand()).trim_end()
-                    );
-                }
-                match law.and_then(|found| law::in_short(&found, &files, &measure)) {
-                    Some(law) => print_line(&format!("{text}\n\n{law}")),
-                    None => print_line(&text),
-                }
-            }
-            Outcome::Several { files, diagnosed, model, seconds } => {
-                let DiagnosedSeveral { diagnosis, .. } = *diagnosed;
-                if self.csv {
-                    return csv::diagnosed(
-                        &files.join(" "),
-                        &diagnosis.status,
-                        &diagnosis.steps,
-                        &diagnosis.said,
-                    );
-                }
-                if self.judge.json {
-                    return print_json(&several_object(&diagnosis, seconds));
-                }
-                print_line(&diagnosis_text::of_several(&diagnosis, model))
-            }
-            Outcome::Campaign { path, diagnosis, seconds } => {
-                let file = path.display().to_string();
-                if self.csv {
-                    return csv::diagnosed(
-                        &file,
-                        &diagnosis.status,
-                        &diagnosis.steps,
-                        &diagnosis.said,
-                    );
-                }
-                if self.judge.json {
-                    return print_json(&campaign_object(&path, &diagnosis, seconds));
-                }
-                print_line(&diagnosis_text::of_campaign(&file, &diagnosis))
-            }
+        let outcome = self.judged(self.case()?, !self.csv)?;
+        let diagnosis = &outcome.diagnosed.diagnosis;
+        if self.csv {
+            return csv::diagnosed(&outcome.name(), diagnosis);
         }
+        let files = match &outcome.law {
+            Some(found) => law::written(found, self.out.as_deref())?,
+            None => Vec::new(),
+        };
+        if self.judge.json {
+            return print_json(&object(&outcome, &files));
+        }
+        let reading = self.release.selection()?;
+        let records: Vec<PathBuf> = outcome.records.iter().map(|r| r.file.clone()).collect();
+        let measure = law::command(&records, &reading, false);
+        let mut text = diagnosis_text::of(&outcome.name(), diagnosis, outcome.model);
+        if records.len() == 1 && diagnosis.lacks_more() {
+            text += &format!("\n\nwhat is left may be a law that can be measured: {measure}");
+        }
+        if let Some(law) = outcome.law.and_then(|found| law::in_short(&found, &files, &measure)) {
+            text += &format!("\n\n{law}");
+        }
+        print_line(&text)
     }
 
     /// The answer about these records in memory, or, where there are none, about the files. Nothing is
@@ -182,29 +135,18 @@ impl Diagnose {
     /// # Errors
     /// As [`Self::run`].
     pub fn answer(&self, records: Vec<Record>) -> Result<Answer> {
-        let case = if records.is_empty() { self.case()? } else { self.case_of(records)? };
-        match self.judged(case, true)? {
-            Outcome::Record { record, diagnosed, law, roll, model, seconds } => {
-                let object = object(&diagnosed.diagnosis, law.as_deref(), &[], roll, seconds);
-                let d = &diagnosed.diagnosis;
-                let sentence = verdict(d.status, &d.effects, model);
-                Ok(Answer::new(&object, sentence)?
-                    .drawn_from(Drawn::Diagnosed(Box::new((record, *diagnosed)))))
-            }
-            Outcome::Several { files, diagnosed, model, seconds } => {
-                let DiagnosedSeveral { diagnosis, decays, fits } = *diagnosed;
-                let sentence = verdict(diagnosis.status, &diagnosis.effects, model);
-                let each = files.into_iter().zip(decays).zip(fits);
-                let of = |((name, decay), model)| OfRecord { name, decay, model };
-                let random = diagnosis.effects.iter().find(|e| e.is_random()).cloned();
-                let drawn = Drawn::Fitted { each: each.map(of).collect(), random };
-                Ok(Answer::new(&several_object(&diagnosis, seconds), sentence)?.drawn_from(drawn))
-            }
-            Outcome::Campaign { path, diagnosis, seconds } => {
-                let sentence = verdict(diagnosis.status, &diagnosis.effects, SECOND_ORDER);
-                Answer::new(&campaign_object(&path, &diagnosis, seconds), sentence)
-            }
-        }
+        let case = match records.is_empty() {
+            true => self.case()?,
+            false => Case::Records(records, self.beside_model(self.options()?)?),
+        };
+        let outcome = self.judged(case, true)?;
+        let d = &outcome.diagnosed.diagnosis;
+        let answer =
+            Answer::new(&object(&outcome, &[]), verdict(d.status, &d.effects, outcome.model))?;
+        Ok(match outcome.records.is_empty() {
+            true => answer,
+            false => answer.drawn_from(Drawn::Diagnosed(outcome.records, outcome.diagnosed.into())),
+        })
     }
 
     fn options(&self) -> Result<Options> {
@@ -213,15 +155,6 @@ impl Diagnose {
             own: self.effects.effects()?,
             stop: interrupt::stop(),
             ..Options::default()
-        })
-    }
-
-    /// The answer in the coefficients of naval architecture, where the motion is called roll.
-    fn roll_decay(&self, d: &Diagnosis) -> Result<Option<RollDecay>> {
-        let none = BTreeMap::new();
-        let numbers = d.steps.last().map_or(&none, |step| &step.parameters);
-        self.roll.of(&d.said.measurand(), |ship| {
-            RollDecay::of_model(&d.modal, &d.effects, numbers, &d.at_amplitude, ship)
         })
     }
 
@@ -266,7 +199,7 @@ impl Diagnose {
                 Err(Error::usage("a campaign beside --model")
                     .help("leave --model out: a campaign is judged from a second-order model on"))
             }
-            (Some(file), None) => one(file, &reading, options, SECOND_ORDER),
+            (Some(file), None) => one(file, &reading, options),
             (file, model) => {
                 let model = model.as_deref().unwrap_or(Path::new(DEFAULT));
                 beside(model, file.map(PathBuf::as_path), &reading, options)
@@ -284,66 +217,43 @@ impl Diagnose {
         Ok(options)
     }
 
-    fn case_of(&self, mut records: Vec<Record>) -> Result<Case> {
-        let options = self.beside_model(self.options()?)?;
-        let model = match self.model {
-            Some(_) => PRESENT,
-            None => SECOND_ORDER,
-        };
-        Ok(match records.len() {
-            1 => Case::Record(records.remove(0), options, model),
-            _ => Case::Several(records, options),
-        })
-    }
-
     /// `with_law`: the law of a record that nothing explains is measured.
     fn judged(&self, case: Case, with_law: bool) -> Result<Outcome> {
         let begin = std::time::Instant::now();
-        if self.roll.ship()?.is_some() && matches!(case, Case::Campaign(..)) {
-            return Err(Error::usage("an inertia, GM or displacement with a campaign")
-                .help("give its records: yawrig diagnose FILE... --motion roll"));
-        }
-        match case {
-            Case::Record(record, options, model) => {
-                self.roll.rolls(&record.measurand)?;
-                let diagnosed = diagnose_with_fits(&record, &options)?;
-                for warning in &diagnosed.decay.warnings {
+        let (records, campaign, diagnosed, options) = match case {
+            Case::Records(records, options) => {
+                let grouping = Grouping::Rig(self.common()?);
+                let rolls = self.roll.all_roll(records.iter().map(|r| &r.measurand))?;
+                if records.len() > 1 {
+                    crate::say!("judging {} releases as one", records.len());
+                }
+                let mut diagnosed = diagnose(&records, &grouping, &options)?;
+                for warning in diagnosed.decays.iter().flat_map(|decay| &decay.warnings) {
                     crate::warn!("{warning}");
                 }
-                let seconds = begin.elapsed().as_secs_f64();
-                let law = match with_law {
-                    true => law_of(&record, &diagnosed.diagnosis, &options)?,
-                    false => None,
-                };
-                let (diagnosed, law) = (Box::new(diagnosed), law.map(Box::new));
-                let roll = self.roll_decay(&diagnosed.diagnosis)?;
-                Ok(Outcome::Record { record, diagnosed, law, roll, model, seconds })
-            }
-            Case::Several(records, options) => {
-                let common = self.common()?;
-                let rolls = self.roll.all_roll(records.iter().map(|r| &r.measurand))?;
-                crate::say!("judging {} releases as one", records.len());
-                let mut diagnosed = diagnose_several_with_fits(&records, &common, &options)?;
                 if rolls {
                     diagnosed.diagnosis = diagnosed.diagnosis.of_ship(self.roll.ship()?);
                 }
-                for warning in &diagnosed.diagnosis.warnings {
-                    crate::warn!("{warning}");
-                }
-                let files = records.iter().map(|r| r.file.display().to_string()).collect();
-                let model = name_of(&options.present.effects);
-                let seconds = begin.elapsed().as_secs_f64();
-                let diagnosed = Box::new(diagnosed);
-                Ok(Outcome::Several { files, diagnosed, model, seconds })
+                (records, None, diagnosed, options)
             }
             Case::Campaign(path, options) => {
+                if self.roll.ship()?.is_some() {
+                    return Err(Error::usage("an inertia, GM or displacement with a campaign")
+                        .help("give its records: yawrig diagnose FILE... --motion roll"));
+                }
                 let file = CampaignFile::read_releases(&path)?;
                 crate::say!("fitting {} releases", file.campaign.release.len());
-                let diagnosis = yawrig_campaign::diagnose(&file, &options)?;
-                let (diagnosis, seconds) = (Box::new(diagnosis), begin.elapsed().as_secs_f64());
-                Ok(Outcome::Campaign { path, diagnosis, seconds })
+                let diagnosed = yawrig_campaign::diagnose(&file, &options)?;
+                (Vec::new(), Some(path), diagnosed, options)
             }
-        }
+        };
+        let seconds = begin.elapsed().as_secs_f64();
+        let law = match &records[..] {
+            [record] if with_law => law_of(record, &diagnosed.diagnosis, &options)?,
+            _ => None,
+        };
+        let model = name_of(&options.present.effects);
+        Ok(Outcome { records, campaign, diagnosed, law, model, seconds })
     }
 }
 

@@ -5,9 +5,7 @@ use super::model::{amplitude_rows, parameter};
 use super::roll;
 use std::fmt::Write as _;
 use yawrig_core::derivatives::table::Point;
-use yawrig_core::diagnosis::campaign::{BeforeAndAfter, CampaignDiagnosis, HeldOut};
-use yawrig_core::diagnosis::diagnose::{verdict, Diagnosis, Status, Step, SECOND_ORDER};
-use yawrig_core::diagnosis::several::SeveralDiagnosis;
+use yawrig_core::diagnosis::diagnose::{verdict, BeforeAndAfter, Diagnosis, HeldOut, Step};
 use yawrig_core::effects::Effect;
 use yawrig_core::quantity::Quantity;
 use yawrig_core::record::Measurand;
@@ -20,51 +18,107 @@ const BIC_OF_WHOLE: &str =
 const BIC_OF_PIECES: &str = "difference of BIC of pieces fitted each with its own state, an independent residual each half \
     cycle; `compare --effect` prints that of one fit to the whole record";
 
-/// The verdict on a record. `model`: what its effects were looked for beside; `measure`: the command that
-/// measures its law.
-pub fn of_record(file: &str, d: &Diagnosis, model: &str, measure: &str) -> String {
+/// The verdict on what is called `name`, and what it rests on. `model`: what its effects were looked for beside.
+pub fn of(name: &str, d: &Diagnosis, model: &str) -> String {
     let measurand = &d.said.measurand();
+    let count = d.releases.len();
+    let is_campaign = d.releases[0].condition.is_some();
+    let what = match (is_campaign, count) {
+        (true, _) => format!("{name}, {count} releases"),
+        (false, 1) => name.to_owned(),
+        (false, _) => format!("{count} releases"),
+    };
     let verdict = verdict(d.status, &d.effects, model);
-    let mut out = format!("{file}: {verdict}\n");
-    if let Some(sentence) = &d.sentence {
-        let _ = writeln!(out, "  {sentence}");
-    }
-    let _ = writeln!(
-        out,
-        "  wn {} rad/s, zeta {}, noise {} {}",
-        d.modal.natural_frequency_rad_s,
-        d.modal.damping_ratio,
-        sized(measurand, d.noise_rms_deg, 4),
-        measurand.unit()
+    let noise = format!("noise {} {}", sized(measurand, d.noise_rms_deg, 4), measurand.unit());
+    let modal = d.modal.map_or(String::new(), |modal| {
+        format!("wn {} rad/s, zeta {}, ", modal.natural_frequency_rad_s, modal.damping_ratio)
+    });
+    let mut out = format!(
+        "{what}: {verdict}\n  {}\n  {modal}{noise}\n{}\n  held out: {}\n",
+        d.sentence,
+        step_rows(measurand, &d.steps, model),
+        d.held_out.words()
     );
-    let _ = writeln!(out, "{}", step_rows(measurand, &d.steps, model));
+    let whose = if count > 1 && !is_campaign { " for all" } else { "" };
     for (name, value) in d.steps.last().iter().flat_map(|s| &s.parameters) {
-        let _ = writeln!(out, "  {}", parameter(measurand, name, value));
+        let _ = writeln!(out, "  {}{whose}", parameter(measurand, name, value));
     }
-    out.push_str(&amplitude_rows(measurand, &d.at_amplitude));
-    let mut candidates = bare(&["effect alone", "over noise", "difference of BIC"]);
-    for c in d.candidates.iter().take(5) {
-        let evidence =
-            if c.converged { format!("{:.1}", c.evidence) } else { "not converged".to_string() };
-        candidates.add_row([
-            c.effect.to_string(),
-            format!("{:.3}", c.residual_over_noise),
-            evidence,
-        ]);
+    if !is_campaign {
+        out.push_str(&by_release(d, measurand));
     }
-    let _ = writeln!(
-        out,
-        "\n{candidates}\n{}",
-        if d.left.is_some() { BIC_OF_PIECES } else { BIC_OF_WHOLE }
-    );
+    for id in d.effects.iter().map(|e| e.id()).filter(|id| d.origin.contains_key(*id)) {
+        let _ = write!(
+            out,
+            "\n{id} is {}: {}\n  fitted with {}\n{}\n",
+            d.origin[id],
+            d.origin_reason.get(id).map_or("", String::as_str),
+            d.sharing.get(id).copied().unwrap_or_default(),
+            coefficient_rows(d, id)
+        );
+    }
+    let _ = writeln!(out, "\n{}", candidate_rows(d, model));
     for refusal in d.refusals() {
         let _ = writeln!(out, "\n  {refusal}");
     }
-    out.push_str(&groups(&d.indistinguishable, "this record"));
+    out.push_str(&groups(
+        &d.indistinguishable,
+        if count > 1 { "these releases" } else { "this record" },
+    ));
+    let unexplained: Vec<String> = d
+        .releases
+        .iter()
+        .filter(|r| is_campaign && !r.explained)
+        .map(|r| format!("{} ({:.2} times the noise)", r.file, r.residual_over_noise))
+        .collect();
+    if !unexplained.is_empty() {
+        let _ = writeln!(out, "\nNot down to the noise: {}", unexplained.join(", "));
+    }
+    if let Some(derivatives) = &d.derivatives {
+        let _ = writeln!(
+            out,
+            "\nDerivatives per rad about the middle axis, before and after the effects, k = 1:\n{}",
+            derivative_rows(derivatives)
+        );
+        out.push_str("Cn_r is the combined damping derivative Cn_r - Cn_betadot.\n");
+    }
     d.effects.iter().for_each(|effect| out.push_str(&card(effect.clone())));
     out.truncate(out.trim_end().len());
-    if matches!(d.status, Status::Unexplained | Status::MostlyExplained) {
-        let _ = write!(out, "\n\nwhat is left may be a law that can be measured: {measure}");
+    out
+}
+
+/// The numbers of each release.
+fn by_release(d: &Diagnosis, measurand: &Measurand) -> String {
+    let mut out = String::new();
+    let rest = format!("rest ({})", measurand.unit());
+    let mut rows = bare(&["record", "wn (rad/s)", "zeta", &rest, "over noise"]);
+    for r in &d.releases {
+        rows.add_row([
+            r.file.clone(),
+            r.modal.natural_frequency_rad_s.to_string(),
+            r.modal.damping_ratio.to_string(),
+            r.rest_angle_deg.map_or("-".to_owned(), |rest| rest.to_string()),
+            format!("{:.3}", r.residual_over_noise),
+        ]);
+    }
+    if d.only().is_none() {
+        let _ = writeln!(out, "\n{rows}");
+    }
+    for r in &d.releases {
+        let rows = amplitude_rows(measurand, &r.at_amplitude);
+        let roll = r.roll.as_ref().map_or(String::new(), |roll| roll::text(roll, measurand));
+        for of_it in [rows, roll].iter().filter(|rows| !rows.is_empty()) {
+            match d.only() {
+                Some(_) => out.push_str(of_it),
+                None => out.push_str(&format!("  {}:\n{of_it}\n", r.file)),
+            }
+        }
+    }
+    for (effect, _) in d.sharing.iter().filter(|(_, how)| how.starts_with("each")) {
+        for r in &d.releases {
+            for (name, value) in r.parameters.iter().filter(|(n, _)| n.starts_with(effect)) {
+                let _ = writeln!(out, "  {}: {}", r.file, parameter(measurand, name, value));
+            }
+        }
     }
     out
 }
@@ -87,137 +141,34 @@ fn groups(pairs: &[[Effect; 2]], place: &str) -> String {
     out
 }
 
-/// The verdict on several releases of one rig.
-pub fn of_several(d: &SeveralDiagnosis, model: &str) -> String {
-    let mut out = format!(
-        "{} releases: {}\n  {}\n",
-        d.records.len(),
-        verdict(d.status, &d.effects, model),
-        d.sentence
-    );
-    let measurand = &d.said.measurand();
-    let _ = writeln!(out, "{}\n  held out: {}", step_rows(measurand, &d.steps, model), d.held_out);
-    for (name, value) in d.steps.last().iter().flat_map(|s| &s.parameters) {
-        let _ = writeln!(out, "  {} for all", parameter(measurand, name, value));
-    }
-    let rest = format!("rest ({})", measurand.unit());
-    let mut rows = bare(&["record", "wn (rad/s)", "zeta", &rest, "over noise"]);
-    for r in &d.records {
-        rows.add_row([
-            r.file.clone(),
-            r.modal.natural_frequency_rad_s.to_string(),
-            r.modal.damping_ratio.to_string(),
-            r.rest_angle_deg.to_string(),
-            format!("{:.3}", r.residual_over_noise),
-        ]);
-    }
-    let _ = writeln!(out, "\n{rows}");
-    for r in &d.records {
-        let rows = amplitude_rows(measurand, &r.at_amplitude);
-        if !rows.is_empty() {
-            let _ = writeln!(out, "  {}:\n{rows}", r.file);
-        }
-    }
-    for r in &d.records {
-        if let Some(decay) = &r.roll {
-            let _ = writeln!(out, "  {}:\n{}", r.file, roll::text(decay, measurand));
-        }
-    }
-    for (effect, _) in d.sharing.iter().filter(|(_, how)| how.starts_with("each")) {
-        for r in &d.records {
-            for (name, value) in r.parameters.iter().filter(|(n, _)| n.starts_with(effect)) {
-                let _ = writeln!(out, "  {}: {}", r.file, parameter(measurand, name, value));
-            }
-        }
-    }
-    out.push_str(&groups(&d.indistinguishable, "these releases"));
-    d.effects.iter().for_each(|effect| out.push_str(&card(effect.clone())));
-    out.truncate(out.trim_end().len());
-    out
-}
-
-/// The verdict and what it rests on.
-pub fn of_campaign(file: &str, d: &CampaignDiagnosis) -> String {
-    let measurand = &d.said.measurand();
-    let mut out = format!(
-        "{file}, {} releases: {}\n  {}\n  noise {} {}\n",
-        d.releases.len(),
-        verdict(d.status, &d.effects, SECOND_ORDER),
-        d.sentence,
-        sized(measurand, d.noise_rms_deg, 4),
-        measurand.unit()
-    );
-    let held_out = match d.held_out {
-        HeldOut::Releases => {
-            "the last repeat of each condition, the coefficients known from the others"
-        }
-        HeldOut::LaterPart => "the later part of each release",
-    };
-    let _ =
-        writeln!(out, "{}\n  held out: {held_out}", step_rows(measurand, &d.steps, SECOND_ORDER));
-    for (name, value) in d.steps.last().iter().flat_map(|s| &s.parameters) {
-        let _ = writeln!(out, "  {}", parameter(measurand, name, value));
-    }
-    for id in d.effects.iter().map(|e| e.id()) {
-        let _ = write!(
-            out,
-            "\n{id} is {}: {}\n  fitted with {}\n{}\n",
-            d.origin.get(id).map_or(String::new(), ToString::to_string),
-            d.origin_reason.get(id).map_or("", String::as_str),
-            d.sharing.get(id).copied().unwrap_or_default(),
-            coefficient_rows(d, id)
-        );
-    }
-    let _ = writeln!(
-        out,
-        "\n{}\nof the eight releases (or fewer) that the second-order model explains worst, and no others",
-        candidate_rows(d)
-    );
-    out.push_str(&groups(&d.indistinguishable, "these releases"));
-    let unexplained: Vec<String> = d
-        .releases
-        .iter()
-        .filter(|r| !r.explained)
-        .map(|r| format!("{} ({:.2} times the noise)", r.file, r.residual_over_noise))
-        .collect();
-    if !unexplained.is_empty() {
-        let _ = writeln!(out, "\nNot down to the noise: {}", unexplained.join(", "));
-    }
-    if let Some(derivatives) = &d.derivatives {
-        let _ = writeln!(
-            out,
-            "\nDerivatives per rad about the middle axis, before and after the effects, k = 1:\n{}",
-            derivative_rows(derivatives)
-        );
-        out.push_str("Cn_r is the combined damping derivative Cn_r - Cn_betadot.\n");
-    }
-    d.effects.iter().for_each(|effect| out.push_str(&card(effect.clone())));
-    out.truncate(out.trim_end().len());
-    out
-}
-
-fn coefficient_rows(d: &CampaignDiagnosis, id: &str) -> comfy_table::Table {
+fn coefficient_rows(d: &Diagnosis, id: &str) -> comfy_table::Table {
     let rows = d.coefficients.get(id).map_or(&[][..], Vec::as_slice);
     let title = rows.first().map_or(String::new(), |c| format!("{} ({})", c.name, c.unit));
     let mut table = bare(&["  spring", "axis", "V (m/s)", &title]);
     for c in rows {
         table.add_row([
-            format!("  {}", c.spring),
-            c.axis.to_string(),
-            format!("{:.3}", c.wind_speed_m_s),
+            format!("  {}", c.condition.spring),
+            c.condition.axis.to_string(),
+            format!("{:.3}", c.condition.wind_speed_m_s),
             c.quantity.to_string(),
         ]);
     }
     table
 }
 
-fn candidate_rows(d: &CampaignDiagnosis) -> comfy_table::Table {
-    let mut rows = bare(&["effect alone in the worst releases", "over noise", "difference of BIC"]);
+fn candidate_rows(d: &Diagnosis, model: &str) -> String {
+    let mut rows = bare(&["effect alone", "over noise", "difference of BIC"]);
     for c in d.candidates.iter().take(5) {
-        let evidence = format!("{:.1}", c.evidence);
+        let evidence =
+            if c.converged { format!("{:.1}", c.evidence) } else { "not converged".to_string() };
         rows.add_row([c.effect.to_string(), format!("{:.3}", c.residual_over_noise), evidence]);
     }
-    rows
+    let of = match (d.only().is_some(), d.held_out) {
+        (false, _) => &format!("in the releases, eight at most, that {model} explains worst"),
+        (true, HeldOut::Pieces) => BIC_OF_PIECES,
+        (true, _) => BIC_OF_WHOLE,
+    };
+    format!("{rows}\n{of}")
 }
 
 fn derivative_rows(derivatives: &BeforeAndAfter) -> comfy_table::Table {

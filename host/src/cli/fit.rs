@@ -51,7 +51,7 @@ impl Fit {
         );
         let fitted = fits.into_iter().map(|(recorded, model)| OfRecord::of(recorded, model));
         let object = revised(Some(&self.model.model), &revision);
-        Ok(Answer::new(&object, sentence)?.drawn_from(Drawn::fitted(fitted.collect())))
+        Ok(Answer::new(&object, sentence)?.drawn_from(Drawn::Fitted(fitted.collect())))
     }
 
     fn revision(&self, asked: &RevisionRequest) -> Result<Revision> {

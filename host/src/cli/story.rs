@@ -115,10 +115,11 @@ impl<'a> Riddle<'a> {
             over_noise(&compared)
         ))?;
         let file = CampaignFile::read_releases(&story::campaign(&self.folder))?;
-        let diagnosis = yawrig_campaign::diagnose(
+        let found = yawrig_campaign::diagnose(
             &file,
             &Options { stop: interrupt::stop(), ..Options::default() },
         )?;
+        let diagnosis = found.diagnosis;
         let named: Vec<&str> = diagnosis.effects.iter().map(|e| e.id()).collect();
         show(format!(
             "$ yawrig diagnose {}\n  {}",

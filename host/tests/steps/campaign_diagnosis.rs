@@ -10,8 +10,7 @@ use yawrig_core::derivatives::campaign::Campaign;
 use yawrig_core::derivatives::condition::Identified;
 use yawrig_core::derivatives::table::Point;
 use yawrig_core::derivatives::Computed;
-use yawrig_core::diagnosis::campaign::{diagnose_records, CampaignDiagnosis, HeldOut};
-use yawrig_core::diagnosis::diagnose::{Options, Status};
+use yawrig_core::diagnosis::diagnose::{diagnose, Diagnosis, Grouping, HeldOut, Options, Status};
 use yawrig_core::diagnosis::origin::Origin;
 use yawrig_core::effects::Effect;
 use yawrig_core::identify::{identify, Method, Settings};
@@ -90,9 +89,10 @@ fn undiagnosed(file: &Campaign, records: &[Record]) -> Option<Vec<Point>> {
     Some(computed.table(Path::new("campaign.toml"), "least-squares").points)
 }
 
-fn diagnosed(wanted: &Wanted) -> CampaignDiagnosis {
+fn diagnosed(wanted: &Wanted) -> Diagnosis {
     let (file, records) = planted(wanted);
-    let found = diagnose_records(&file, &records, &Options::default()).unwrap();
+    let found =
+        diagnose(&records, &Grouping::Campaign(&file), &Options::default()).unwrap().diagnosis;
     let before = found.derivatives.as_ref().map(|d| &d.before);
     assert_eq!(before, undiagnosed(&file, &records).as_ref(), "as `derivatives` has them");
     let last = found.steps.last().unwrap();
@@ -109,7 +109,7 @@ fn diagnosed(wanted: &Wanted) -> CampaignDiagnosis {
     found
 }
 
-fn origin(found: &CampaignDiagnosis, effect: Effect) -> Option<Origin> {
+fn origin(found: &Diagnosis, effect: Effect) -> Option<Origin> {
     found.origin.get(effect.id()).copied()
 }
 
@@ -269,7 +269,8 @@ fn a_full_campaign_takes() {
             Wanted { springs, seconds: 40.0, rate_hz: 1000.0, hidden, ..Wanted::default() };
         let (file, records) = planted(&wanted);
         let begun = Instant::now();
-        let found = diagnose_records(&file, &records, &Options::default()).unwrap();
+        let found =
+            diagnose(&records, &Grouping::Campaign(&file), &Options::default()).unwrap().diagnosis;
         let seconds = begun.elapsed().as_secs_f64();
         println!("{} releases, {:?}: {seconds:.1} s", records.len(), found.effects);
         assert_eq!(records.len(), 32);

@@ -1,7 +1,8 @@
 //! Swings as they are measured: large angles, a rest off the sensor's zero, steps of a coarse sensor, and
 //! more than one loss at once. The truth is integrated by Runge-Kutta steps of its own, friction as a sign.
 
-use yawrig_core::diagnosis::diagnose::{diagnose, Options, Status};
+use std::slice::from_ref;
+use yawrig_core::diagnosis::diagnose::{diagnose, Grouping, Options, Status};
 use yawrig_core::effects::Effect;
 use yawrig_core::record::Record;
 use yawrig_model::comparison::{compare, Comparison};
@@ -45,7 +46,13 @@ fn pendulum(release_deg: f64, step_deg: f64, losses: impl Fn(f64, f64) -> f64) -
 
 #[test]
 fn a_pendulum_from_120_deg_is_taken_apart() {
-    let found = diagnose(&pendulum(120.0, 0.18, losses), &Options::default()).expect("a swing");
+    let found = diagnose(
+        from_ref(&pendulum(120.0, 0.18, losses)),
+        &Grouping::default(),
+        &Options::default(),
+    )
+    .expect("a swing")
+    .diagnosis;
     println!("{:?} {:?} {:?}", found.status, found.effects, found.sentence);
     for effect in [Effect::PendulumGravity, Effect::CoulombFriction, Effect::QuadraticDamping] {
         assert!(found.effects.contains(&effect), "{effect}");
@@ -59,9 +66,9 @@ fn a_pendulum_from_120_deg_is_taken_apart() {
     near("coulomb_friction.c", FRICTION, 0.05);
     near("quadratic_damping.d", DRAG, 0.1);
     near("pendulum_gravity.g", WN * WN, 0.02);
-    let wn = found.modal.natural_frequency_rad_s.value;
+    let wn = found.modal.unwrap().natural_frequency_rad_s.value;
     assert!((wn / WN - 1.0).abs() < 2e-3, "{wn}");
-    let rest = found.rest_angle_deg.expect("a rest angle").value;
+    let rest = found.only().unwrap().rest_angle_deg.expect("a rest angle").value;
     assert!((rest - REST_DEG).abs() < 0.05, "{rest}");
     let held: Vec<f64> = found.steps.iter().map(|s| s.held_out_over_noise).collect();
     println!("held out over noise {held:.3?}");
@@ -83,9 +90,10 @@ fn an_effect_of_ones_own_is_named_where_the_library_has_none() {
     let options = Options { own: vec![own.clone()], ..Options::default() };
     let (without, with) = (Options::default(), options);
     let left = |options: &Options| {
-        let found = diagnose(&record, options).expect("a swing");
+        let found =
+            diagnose(from_ref(&record), &Grouping::default(), options).expect("a swing").diagnosis;
         println!("{:?} {:?} {:?}", found.status, found.effects, found.sentence);
-        (found.effects, found.left.map(|left| left.rms_deg).expect("what is left"))
+        (found.effects, found.left.rms_deg)
     };
     let (library, library_deg) = left(&without);
     let (effects, left_deg) = left(&with);
@@ -139,7 +147,9 @@ fn two_modes_that_beat_are_told_apart() {
             })
             .collect();
         let record = Record::new("beats.csv", time_s, yaw_deg);
-        let found = diagnose(&record, &Options::default()).expect("a swing");
+        let found = diagnose(from_ref(&record), &Grouping::default(), &Options::default())
+            .expect("a swing")
+            .diagnosis;
         println!("{ratio}: {:?} {:?}", found.status, found.effects);
         assert_eq!(found.effects, [Effect::SecondMode]);
         assert_eq!(found.status, Status::Explained);

@@ -4,7 +4,7 @@
 use crate::hidden::{plant, Plan, Planted};
 use std::path::Path;
 use std::slice::from_ref;
-use yawrig_core::diagnosis::diagnose::{diagnose, Options};
+use yawrig_core::diagnosis::diagnose::{diagnose, Grouping, Options};
 use yawrig_core::effects::Effect;
 use yawrig_core::record::Record;
 use yawrig_model::comparison::{compare, Comparison};
@@ -78,7 +78,9 @@ fn the_same_record_gives_the_same_bytes() {
     let (effect, seed) = &HIDDEN[0];
     let record = planted(effect.clone(), *seed, 1000.0).record;
     let verdict = || {
-        let found = diagnose(&record, &Options::default()).expect("a free decay");
+        let found = diagnose(from_ref(&record), &Grouping::default(), &Options::default())
+            .expect("a free decay")
+            .diagnosis;
         serde_json::to_string(&found).expect("JSON")
     };
     assert_eq!(verdict(), verdict());
@@ -104,7 +106,9 @@ fn a_mirrored_record_gives_the_mirrored_answer() {
         let mut flipped = record.clone();
         flipped.yaw_deg.iter_mut().for_each(|y| *y = -*y);
         let names = |record: &Record| {
-            let found = diagnose(record, &Options::default()).expect("a free decay");
+            let found = diagnose(from_ref(record), &Grouping::default(), &Options::default())
+                .expect("a free decay")
+                .diagnosis;
             (found.status, found.effects, found.indistinguishable)
         };
         assert_eq!(names(&record), names(&flipped), "{effect}");
@@ -125,7 +129,10 @@ fn another_sampling_rate_gives_the_same_effects() {
         let mut values = Vec::new();
         for rate_hz in [1000.0, 500.0, 200.0] {
             let planted = planted(effect.clone(), seed, rate_hz);
-            let found = diagnose(&planted.record, &Options::default()).expect("a free decay");
+            let found =
+                diagnose(from_ref(&planted.record), &Grouping::default(), &Options::default())
+                    .expect("a free decay")
+                    .diagnosis;
             println!("{effect} at {rate_hz} Hz: {:?} {:?}", found.status, found.effects);
             assert_eq!(found.effects, *from_ref(&effect), "{effect} at {rate_hz} Hz");
             let revision = compared(&planted.record, from_ref(&effect));

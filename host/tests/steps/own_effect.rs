@@ -5,7 +5,8 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::path::PathBuf;
-use yawrig_core::diagnosis::diagnose::{diagnose, Options, Status};
+use std::slice::from_ref;
+use yawrig_core::diagnosis::diagnose::{diagnose, Grouping, Options, Status};
 use yawrig_core::effects::{Effect, Terms};
 use yawrig_core::motion::simulate::{Grid, Motion};
 use yawrig_core::record::Record;
@@ -120,7 +121,7 @@ fn an_own_effect_is_named_where_it_is_the_one() {
     let effect = own("my_effect.toml", STRIBECK);
     let record = planted(7.0, 0.006, 13.0, 5, stribeck(0.08, 1.5, 0.2));
     let options = Options { own: vec![effect.clone()], ..Options::default() };
-    let found = diagnose(&record, &options).unwrap();
+    let found = diagnose(from_ref(&record), &Grouping::default(), &options).unwrap().diagnosis;
     println!("{:?} {:?}", found.status, found.effects);
     for c in found.candidates.iter().take(4) {
         println!("  {} {:.3} {:.1}", c.effect, c.residual_over_noise, c.evidence);
@@ -138,7 +139,7 @@ fn a_copy_of_an_effect_of_the_library_cannot_be_told_from_it() {
     let copy = own("copy.toml", &simple("hardening", "-k * b^3", "1/(rad2 s2)", 50.0));
     let record = planted(7.0, 0.006, 13.0, 6, |b, _| -60.0 * b * b * b);
     let options = Options { own: vec![copy.clone()], ..Options::default() };
-    let found = diagnose(&record, &options).unwrap();
+    let found = diagnose(from_ref(&record), &Grouping::default(), &options).unwrap().diagnosis;
     let [first, second] = [0, 1].map(|k| found.candidates[k].clone());
     println!("{:?} {:?} {:?}", found.status, found.effects, found.indistinguishable);
     println!("evidence {:.4} {:.4}", first.evidence, second.evidence);

@@ -9,11 +9,11 @@ use super::work::Job;
 use rayon::prelude::*;
 use serde_json::json;
 use std::path::PathBuf;
+use std::slice::from_ref;
 use std::sync::Arc;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
-use yawrig_core::diagnosis::diagnose::{diagnose_with_fits, verdict, Diagnosed, SECOND_ORDER};
-use yawrig_core::diagnosis::several::{diagnose_several, Common};
+use yawrig_core::diagnosis::diagnose::{self, verdict, Diagnosed, Grouping, SECOND_ORDER};
 use yawrig_core::effects::{Effect, MEASURED_LAW};
 use yawrig_core::record::Record;
 use yawrig_model::document::RecordEntry;
@@ -223,7 +223,7 @@ fn diagnose(app: &Arc<App>, taken: &Taken, id: usize) -> Result<String> {
     let loaded = source.loaded().map_err(Clone::clone)?;
     let decay = loaded.decay.as_ref().map_err(Clone::clone)?;
     let options = options(taken.standing.model.as_deref(), decay, taken.unknown_zero, &taken.own)?;
-    let diagnosed = diagnose_with_fits(&loaded.record, &options)?;
+    let diagnosed = diagnose::diagnose(from_ref(&loaded.record), &Grouping::default(), &options)?;
     interrupt::check()?;
     let mut ghosts: Vec<Ghost> = ghosts(&diagnosed);
     ghosts.extend(Ghost::of_diagnosis(&diagnosed));
@@ -245,14 +245,14 @@ fn diagnose(app: &Arc<App>, taken: &Taken, id: usize) -> Result<String> {
 const MOST_GHOSTS: usize = 5;
 
 fn ghosts(diagnosed: &Diagnosed) -> Vec<Ghost> {
-    let present = &diagnosed.path[0];
+    let present = &diagnosed.path[0][0];
     let best = diagnosed.diagnosis.candidates.iter().map(|c| c.effect.clone()).take(MOST_GHOSTS);
     let best: Vec<Effect> = best.collect();
     best.par_iter()
         .filter_map(|effect| {
             let single =
                 diagnosed.singles.iter().find(|s| s.structure.effects.last() == Some(effect))?;
-            Some(Ghost::of(&diagnosed.decay, present, single.clone(), effect))
+            Some(Ghost::of(&diagnosed.decays[0], present, single.clone(), effect))
         })
         .collect()
 }
@@ -266,13 +266,13 @@ fn judge(app: &Arc<App>, taken: &Taken) -> Result<String> {
         return Err(Error::data("no record of the campaign can be read")
             .help("put them back, and start the workbench again"));
     }
-    let options = yawrig_core::diagnosis::diagnose::Options {
+    let options = diagnose::Options {
         stop: interrupt::stop(),
         zero_unknown: taken.unknown_zero,
         own: taken.own.clone(),
         ..Default::default()
     };
-    let judged = yawrig_campaign::diagnose(&file, &options)?;
+    let judged = yawrig_campaign::diagnose(&file, &options)?.diagnosis;
     let text = verdict(judged.status, &judged.effects, SECOND_ORDER);
     app.session().judged = Some(Arc::new(judged));
     Ok(text)
@@ -298,7 +298,7 @@ fn together(app: &Arc<App>, taken: &Taken) -> Result<String> {
         options.wind_speed_m_s = 0.0;
     }
     let records: Vec<Record> = loaded.iter().map(|loaded| loaded.record.clone()).collect();
-    let found = diagnose_several(&records, &Common::default(), &options)?;
+    let found = diagnose::diagnose(&records, &Grouping::default(), &options)?.diagnosis;
     let text = verdict(found.status, &found.effects, presented(&taken.standing));
     let said = format!("the {} ticked releases together: {text}", records.len());
     let sentence = found.sentence;

@@ -18,8 +18,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 use yawrig_base::error::{Error, Result};
 use yawrig_campaign::CampaignFile;
-use yawrig_core::diagnosis::campaign::CampaignDiagnosis;
-use yawrig_core::diagnosis::diagnose::Diagnosed;
+use yawrig_core::diagnosis::diagnose::{Diagnosed, Diagnosis};
 use yawrig_core::effects::Effect;
 use yawrig_model::document::{is_model, of_file, Model, RecordEntry, DEFAULT};
 use yawrig_model::records::{self, Listed};
@@ -67,7 +66,7 @@ pub struct Session {
     pub diagnosed: HashMap<(usize, u64), Arc<Diagnosed>>,
     /// By release, model, and name.
     pub ghosts: HashMap<(usize, u64, String), Arc<Ghost>>,
-    pub judged: Option<Arc<CampaignDiagnosis>>,
+    pub judged: Option<Arc<Diagnosis>>,
     /// What the ticked releases lack together.
     pub together: Option<Together>,
     pub shown_law: Option<Arc<ShownLaw>>,

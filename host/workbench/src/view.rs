@@ -194,14 +194,14 @@ impl Ghost {
 
     /// The model that a diagnosis ends with, where it has effects.
     pub fn of_diagnosis(diagnosed: &Diagnosed) -> Option<Self> {
-        let (present, last) = (diagnosed.path.first()?, diagnosed.path.last()?);
+        let (present, last) = (diagnosed.models(0).next()?, diagnosed.last(0));
         let effects = &diagnosed.diagnosis.effects;
         if diagnosed.path.len() < 2 || effects.is_empty() {
             return None;
         }
         let names: Vec<&str> = effects.iter().map(|e| e.id()).collect();
         let title = names.join(", ");
-        Some(Self::named(&diagnosed.decay, present, last.clone(), DIAGNOSIS, &title))
+        Some(Self::named(&diagnosed.decays[0], present, last.clone(), DIAGNOSIS, &title))
     }
 
     fn named(decay: &FreeDecay, without: &Fitted, fitted: Fitted, name: &str, title: &str) -> Self {

@@ -1,14 +1,13 @@
 //! How much of what a plain model misses the surviving effects account for, and what is left.
 
 use crate::bic;
-use crate::diagnosis::answer::{Candidate, Left, MOST_LEFT, NOISE};
-use crate::diagnosis::compare::{self, Where};
+use crate::diagnosis::answer::Candidate;
 use crate::diagnosis::flexible::is_simple;
 use crate::diagnosis::guards::{self, Refusal};
-use crate::diagnosis::likelihood::is_explained;
 use crate::diagnosis::lines;
 use crate::diagnosis::over_pieces;
 use crate::diagnosis::survivors::{self, PredictedModel, Survivors};
+use crate::diagnosis::verdict::{moment_of_rest, MOST_LEFT};
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::at_amplitude::with_discrepancy;
@@ -17,12 +16,9 @@ use crate::fit::free_decay::FreeDecay;
 use crate::quantity::{Quantity, CHANCE};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use std::f64::consts::TAU;
 
 /// Share of the amplitude by which the rest angle is off the sensor's zero for it to be named.
 const LEAST_OFFSET: f64 = 0.005;
-/// Residual of a part of the amplitudes, over that of all, from which on it is named.
-const STANDS_OUT: f64 = 1.3;
 
 /// One model on the way from plain to final.
 pub(crate) struct Step {
@@ -38,7 +34,6 @@ pub(crate) struct Account {
     pub(crate) steps: Vec<Step>,
     /// In the order in which they help; a constant moment among them where the zero is known.
     pub(crate) effects: Vec<Effect>,
-    pub(crate) rest_angle: Quantity,
     /// The plain model whose rest angle is fitted: its place among the steps.
     plain: usize,
     /// Every effect alone, best first.
@@ -78,13 +73,6 @@ pub(super) fn of_judged(
 ) -> Fitted {
     let whole = over_pieces::whole(decay, &survivors.lengths, &judged.model.fit);
     refitted(decay, &whole.structure, &whole.numbers(0))
-}
-
-/// The constant moment under which `model` rests where it does, over Izz, as the parameter of that effect.
-pub(super) fn moment_of_rest(model: &Fitted) -> (String, Quantity) {
-    let stiffness = model.parameters[0].powi(2);
-    let rest = model.rest_rad().expect("a rest angle that was fitted");
-    (Effect::of_rest().first_name(), Quantity::new(stiffness * rest.value, stiffness * rest.u))
 }
 
 /// Fits what survived to the whole of `decay`. With `zero_unknown` a rest off the sensor's zero is not named.
@@ -163,13 +151,13 @@ pub(crate) fn account(
         steps.push(Step { added, model, held_out_rad, parameters });
     }
     let candidates = candidates(decay, &survivors, refused);
-    Ok(Account { steps, effects, rest_angle: rest, plain, candidates, survivors })
+    Ok(Account { steps, effects, plain, candidates, survivors })
 }
 
 impl Account {
-    /// What the plain model leaves, rad.
-    pub(crate) fn plain_rad(&self) -> f64 {
-        self.steps[self.plain].model.rms_rad()
+    /// The plain model, its rest angle fitted.
+    pub(crate) fn plain(&self) -> &Fitted {
+        &self.steps[self.plain].model
     }
 
     pub(crate) fn last(&self) -> &Step {
@@ -186,81 +174,4 @@ impl Account {
     pub(crate) fn explains_most(&self) -> bool {
         self.effects.iter().any(|e| !e.moves_rest()) && self.share_left() < MOST_LEFT
     }
-
-    pub(crate) fn left(&self, decay: &FreeDecay, where_: &Where) -> Left {
-        let last = &self.last().model;
-        Left {
-            rms_deg: decay.measurand.shown(last.rms_rad()),
-            unit: decay.measurand.unit().to_owned(),
-            share_of_amplitude: last.rms_rad() / decay.reading_rad(),
-            share_of_misfit: self.share_left(),
-            where_: match is_explained(last, decay) {
-                true => NOISE.into(),
-                false => in_words(decay, where_),
-            },
-        }
-    }
-}
-
-/// Of which kind what is left is, and at which amplitudes.
-fn in_words(decay: &FreeDecay, where_: &Where) -> String {
-    let hz = decay.frequency_rad_s / TAU;
-    let share = |from: f64, to: f64| {
-        let inside = where_.frequency.iter().filter(|f| f.hz >= from * hz && f.hz < to * hz);
-        inside.map(|f| f.share).sum::<f64>()
-    };
-    let kinds = [
-        (share(0.0, 0.6), "slow"),
-        (share(0.6, 1.5), "at the fundamental"),
-        (share(1.5, 2.5), "at the second harmonic"),
-        (share(2.5, 3.5), "at the third harmonic"),
-        (share(3.5, f64::INFINITY), "at high harmonics"),
-    ];
-    let kind = kinds.iter().max_by(|a, b| a.0.total_cmp(&b.0)).map_or("", |k| k.1);
-    let bins = &where_.amplitude;
-    let unit = decay.measurand.coordinate_unit();
-    let all = {
-        let sum: f64 = bins.iter().map(|b| b.rms_deg.powi(2)).sum();
-        (sum / bins.len().max(1) as f64).sqrt()
-    };
-    let out = |b: &compare::AmplitudeBin| b.rms_deg > STANDS_OUT * all;
-    let above = bins.iter().rev().take_while(|b| out(b)).last();
-    let below = bins.iter().take_while(|b| out(b)).last();
-    match (above, below) {
-        (Some(bin), _) => format!("{kind}, above {} {unit}", Rounded(bin.from_deg)),
-        (None, Some(bin)) => format!("{kind}, below {} {unit}", Rounded(bin.to_deg)),
-        (None, None) => format!("{kind}, at all amplitudes"),
-    }
-}
-
-/// To two figures.
-struct Rounded(f64);
-
-impl std::fmt::Display for Rounded {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let digits = (1.0 - self.0.abs().max(1e-9).log10().floor()).max(0.0) as usize;
-        write!(f, "{:.*}", digits, self.0)
-    }
-}
-
-/// The sentence that stands for the answer.
-pub(crate) fn sentence(effects: &[Effect], left: &Left, model: &str) -> String {
-    let names: Vec<String> = effects.iter().map(|e| e.card().title.to_lowercase()).collect();
-    let rest = format!(
-        "{} {} ({} %) is left, {}",
-        Rounded(left.rms_deg),
-        left.unit,
-        Rounded(100.0 * left.share_of_amplitude),
-        left.where_
-    );
-    let Some((last, others)) = names.split_last() else {
-        return format!("no effect of the library predicts better than {model}; {rest}");
-    };
-    let (list, verb) = match others {
-        [] => (last.clone(), "accounts"),
-        _ => (format!("{} and {last}", others.join(", ")), "account"),
-    };
-    let accounted = 100.0 * (1.0 - left.share_of_misfit);
-    let digits = if accounted > 99.0 { 2 } else { 1 };
-    format!("{list} {verb} for {accounted:.digits$} % of what {model} misses; {rest}")
 }

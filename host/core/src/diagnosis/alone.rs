@@ -1,7 +1,7 @@
 //! The releases of a rig, each judged by itself, and what their answers say together.
 
 use crate::diagnosis::answer::{Candidate, Diagnosed, Options};
-use crate::diagnosis::diagnose::judged;
+use crate::diagnosis::one::judged;
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::free_decay::FreeDecay;
@@ -83,7 +83,7 @@ impl Alone {
     pub(crate) fn candidates(&self) -> Vec<Candidate> {
         let mut all: BTreeMap<Effect, (Candidate, f64)> = BTreeMap::new();
         for answer in &self.answers {
-            let n = answer.decay.yaw_rad.len() as f64;
+            let n = answer.decays[0].yaw_rad.len() as f64;
             for c in &answer.diagnosis.candidates {
                 let square = n * c.residual_over_noise.powi(2);
                 let first =

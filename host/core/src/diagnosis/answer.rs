@@ -1,26 +1,22 @@
 //! The options of a diagnosis, and what it answers.
 
+use crate::derivatives::table::Point;
 use crate::diagnosis::compare::Where;
+use crate::diagnosis::origin::Origin;
 use crate::effects::Effect;
 use crate::fit::at_amplitude::AtAmplitude;
-use crate::fit::fitting::{held_out_over_noise, refit, Covariance, Fitted, Structure};
+use crate::fit::fitting::{held_out_over_noise, refit, Covariance, Fitted, Modal, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::quantity::Quantity;
 use crate::record::Said;
+use crate::roll::{RollDecay, Ship};
 use crate::stop::Stop;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
+use yawrig_shared::axis::Axis;
 
 /// Share of the record that is fitted when the rest is held out.
 pub const FITTED_SHARE: f64 = 0.65;
-
-/// Share of the amplitude that may be left where a model mostly explains a record.
-const SMALL_RESIDUAL: f64 = 0.01;
-/// The same of the plain model's mean square.
-pub(super) const MOST_LEFT: f64 = 0.25;
-
-/// What is left where a model explains the record.
-pub(super) const NOISE: &str = "no more than the noise";
 
 /// How a record is judged.
 #[derive(Clone, Debug, Default)]
@@ -92,70 +88,185 @@ pub struct Left {
     pub where_: String,
 }
 
-impl Left {
-    /// Made what a filter does not foresee, in place of what a definite model leaves.
-    pub(super) fn is_of_innovations(&mut self, rms_deg: f64, is_explained: bool) {
-        let share = rms_deg / self.rms_deg;
-        self.rms_deg = rms_deg;
-        self.share_of_amplitude *= share;
-        self.share_of_misfit *= share * share;
-        if is_explained {
-            self.where_ = NOISE.into();
-        }
-    }
-
-    /// What is to be said where `effects` leave this: of a definite model, chosen by what it predicts.
-    pub(crate) fn status(&self, is_explained: bool, effects: &[Effect]) -> Status {
-        let more = effects.iter().any(|e| !e.moves_rest());
-        match (is_explained, effects.is_empty()) {
-            (true, true) => Status::Adequate,
-            (true, false) => Status::Explained,
-            (false, _) if self.share_of_amplitude < SMALL_RESIDUAL => Status::MostlyExplained,
-            (false, _) if more && self.share_of_misfit < MOST_LEFT => Status::MostlyExplained,
-            (false, _) => Status::Unexplained,
-        }
-    }
-}
-
-/// All that is said about one record. Rms in deg, ratios to the noise floor of block means.
+/// All that is said about the releases that were judged, be it one, several of a rig or a campaign. Rms in deg,
+/// ratios to the noise floor of block means.
 #[derive(Clone, Debug, Serialize)]
 pub struct Diagnosis {
-    /// What the record holds, where that is no angle in deg.
+    /// What the records hold, where that is no angle in deg.
     #[serde(flatten)]
     pub said: Said,
-    /// Standard deviation of the noise of one sample.
+    /// Standard deviation of the noise of one sample, all releases together.
     pub noise_rms_deg: f64,
     /// The same of the block means, to which `residual_over_noise` refers.
     pub mean_noise_deg: f64,
-    /// The verdict.
+    /// The verdict for all releases.
     pub status: Status,
     /// In the order in which they help.
     pub effects: Vec<Effect>,
     /// An accepted effect and one that does as well in its place.
     pub indistinguishable: Vec<[Effect; 2]>,
-    /// Natural frequency and damping ratio at rest, of the model of the verdict.
-    pub modal: Modal,
-    /// Of the model of the verdict, from the largest amplitude to the smallest; none where it is random.
-    pub at_amplitude: Vec<AtAmplitude>,
-    /// Of the numbers of the model of the verdict.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub covariance: Option<Covariance>,
+    /// By effect of a campaign.
+    pub origin: BTreeMap<String, Origin>,
+    /// By effect of a campaign: what its origin was decided from, in words.
+    pub origin_reason: BTreeMap<String, String>,
+    /// By effect: which releases have one coefficient.
+    pub sharing: BTreeMap<String, &'static str>,
+    /// Of all releases, where they have it in common.
+    pub modal: Option<Modal>,
     /// From the model that was there to that of the verdict, an effect more at each.
     pub steps: Vec<Step>,
-    /// Every effect alone, best first.
+    /// What `held_out_over_noise` was held out.
+    pub held_out: HeldOut,
+    /// Every effect alone, best first: the gains added of the releases (eight at most) that are explained
+    /// worst.
     pub candidates: Vec<Candidate>,
-    /// Where the model of the verdict fails, a random moment left out of it.
+    /// By effect of a campaign: the first of its numbers in each condition, free of all others.
+    pub coefficients: BTreeMap<String, Vec<Coefficient>>,
+    /// In the order in which they were given.
+    pub releases: Vec<ReleaseVerdict>,
+    /// Where the model of the verdict fails, a random moment left out of it, in the release that is explained
+    /// worst.
     #[serde(rename = "where")]
     pub where_: Where,
-    /// What the model leaves, where it was chosen by prediction.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub left: Option<Left>,
-    /// The answer in one sentence, where it was chosen by prediction.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sentence: Option<String>,
-    /// Angle of rest on the sensor's scale, about which the effects of such a model act.
+    /// File of that release.
+    pub where_release: String,
+    /// What the model of the verdict leaves, all releases together.
+    pub left: Left,
+    /// The answer in one sentence.
+    pub sentence: String,
+    /// Of a campaign; `None` where there is no point to compute.
+    pub derivatives: Option<BeforeAndAfter>,
+}
+
+/// What was held out of the fits by which models are compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum HeldOut {
+    /// The later part of each release.
+    LaterPart,
+    /// Every second piece of the releases, from the others.
+    Pieces,
+    /// Releases, with the coefficients of their effects known from the others: of a campaign the last repeat of
+    /// each condition, else each once.
+    Releases,
+}
+
+impl HeldOut {
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::LaterPart => "the later part of each release",
+            Self::Pieces => "pieces, from the other pieces",
+            Self::Releases => "releases, with the effects' coefficients known from the others",
+        }
+    }
+}
+
+/// One release's share of the answer.
+#[derive(Clone, Debug, Serialize)]
+pub struct ReleaseVerdict {
+    /// As it was named.
+    pub file: String,
+    /// In which condition, of a campaign.
+    #[serde(flatten)]
+    pub condition: Option<Condition>,
+    /// Standard deviation of the noise of one sample.
+    pub noise_rms_deg: f64,
+    /// Of the model of the verdict at rest.
+    #[serde(flatten, serialize_with = "with_its_numbers")]
+    pub modal: Modal,
+    /// Where the motion comes to rest, on the sensor's scale.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rest_angle_deg: Option<Quantity>,
+    /// Rms of the block means less the model that was there, over the noise of such a mean.
+    pub before_over_noise: f64,
+    /// Rms of the samples less the model of the verdict.
+    pub residual_rms_deg: f64,
+    /// Rms of the block means less that model, over the noise of such a mean.
+    pub residual_over_noise: f64,
+    /// Whether it leaves no more than noise of this release.
+    pub explained: bool,
+    /// `effect.name` and its value with u, in the units that [`Effect::parameters`] states.
+    pub parameters: BTreeMap<String, Quantity>,
+    /// From the largest amplitude to the smallest; none where the model is random.
+    pub at_amplitude: Vec<AtAmplitude>,
+    /// Of the numbers of the model of the verdict; `None` where it has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<Covariance>,
+    /// The same in the coefficients of naval architecture, where that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub roll: Option<RollDecay>,
+}
+
+/// `modal`, and its numbers beside it.
+fn with_its_numbers<S: Serializer>(modal: &Modal, to: S) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Both<'a> {
+        modal: &'a Modal,
+        #[serde(flatten)]
+        numbers: &'a Modal,
+    }
+    Both { modal, numbers: modal }.serialize(to)
+}
+
+/// The condition of a campaign's release.
+#[derive(Clone, Debug, Serialize)]
+pub struct Condition {
+    /// Name of the springs.
+    pub spring: String,
+    /// The axis that the model turns about.
+    pub axis: Axis,
+    /// 0: wind off.
+    pub wind_speed_m_s: f64,
+}
+
+/// The size of an effect in one condition.
+#[derive(Clone, Debug, Serialize)]
+pub struct Coefficient {
+    /// Of the releases it was fitted to by themselves.
+    #[serde(flatten)]
+    pub condition: Condition,
+    /// Name of the parameter within the effect.
+    pub name: String,
+    /// Of the value and its u.
+    pub unit: String,
+    /// Fitted.
+    #[serde(flatten)]
+    pub quantity: Quantity,
+}
+
+/// The derivatives from wn and zeta of the plain model and of the final one.
+#[derive(Clone, Debug, Serialize)]
+pub struct BeforeAndAfter {
+    /// As the derivatives of the campaign are without a diagnosis: each release by one damped mode.
+    pub before: Vec<Point>,
+    /// By the final model of each release.
+    pub after: Vec<Point>,
+}
+
+/// A diagnosis with the fits it rests on, in the order of the releases.
+#[derive(Clone, Debug)]
+pub struct Diagnosed {
+    /// The answer.
+    pub diagnosis: Diagnosis,
+    /// With the noise floors as the best models show them.
+    pub decays: Vec<FreeDecay>,
+    /// The present model with every effect of the library beside it, one at a time; of one release.
+    pub singles: Vec<Fitted>,
+    /// From the present model to that of the verdict, each release's fit; what is random is in none.
+    pub path: Vec<Vec<Fitted>>,
+}
+
+impl Diagnosed {
+    /// The models of release `i`, from the present one to that of the verdict.
+    pub fn models(&self, i: usize) -> impl DoubleEndedIterator<Item = &Fitted> {
+        self.path.iter().map(move |fits| &fits[i])
+    }
+
+    /// The model of the verdict, of release `i`.
+    pub fn last(&self, i: usize) -> &Fitted {
+        &self.path[self.path.len() - 1][i]
+    }
 }
 
 impl Diagnosis {
@@ -164,15 +275,28 @@ impl Diagnosis {
         let refusal = |c: &Candidate| Some(format!("{} refused: {}", c.effect, c.reason.as_ref()?));
         self.candidates.iter().filter_map(refusal).collect()
     }
-}
 
-/// The linear part of a model at rest: what small oscillations would show.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Modal {
-    /// Undamped.
-    pub natural_frequency_rad_s: Quantity,
-    /// Negative where small oscillations grow.
-    pub damping_ratio: Quantity,
+    /// Whether what is left is more than noise.
+    pub fn lacks_more(&self) -> bool {
+        matches!(self.status, Status::Unexplained | Status::MostlyExplained)
+    }
+
+    /// The verdict, where there is one release.
+    pub fn only(&self) -> Option<&ReleaseVerdict> {
+        match &self.releases[..] {
+            [only] => Some(only),
+            _ => None,
+        }
+    }
+
+    /// With each release in the coefficients of naval architecture.
+    pub fn of_ship(mut self, ship: Option<Ship>) -> Self {
+        for r in &mut self.releases {
+            let (modal, at) = (&r.modal, &r.at_amplitude);
+            r.roll = Some(RollDecay::of_model(modal, &self.effects, &r.parameters, at, ship));
+        }
+        self
+    }
 }
 
 /// One model on the way from plain to final.
@@ -189,26 +313,6 @@ pub struct Step {
     /// `effect.name` and its value with u, in the units that [`Effect::parameters`] states.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub parameters: BTreeMap<String, Quantity>,
-}
-
-/// A diagnosis with the fits it rests on.
-#[derive(Clone, Debug)]
-pub struct Diagnosed {
-    /// The answer.
-    pub diagnosis: Diagnosis,
-    /// With the noise floor as the best model shows it.
-    pub decay: FreeDecay,
-    /// The present model with every effect of the library beside it, one at a time.
-    pub singles: Vec<Fitted>,
-    /// From the present model to the one of the verdict; the present model alone where that is random.
-    pub path: Vec<Fitted>,
-}
-
-pub(crate) fn modal(model: &Fitted) -> Modal {
-    Modal {
-        natural_frequency_rad_s: model.natural_frequency_rad_s(),
-        damping_ratio: model.damping_ratio(),
-    }
 }
 
 /// What is said of `model`, whose last effect is the `effects`th (0: none was added): its residuals on what

@@ -8,10 +8,11 @@
 
 use crate::bic;
 use crate::diagnosis::likelihood::is_explained;
-use crate::fit::fitting::Fitted;
+use crate::fit::fitting::{Fitted, Modal};
 use crate::fit::free_decay::FreeDecay;
 use crate::motion::oscillator::Grid;
 use crate::motion::random::{predicted, transition, updated};
+use crate::quantity::Quantity;
 
 /// A free decay under random forcing.
 #[derive(Clone, Debug)]
@@ -38,6 +39,16 @@ pub(crate) struct Buffeted {
     pub(crate) line: f64,
     /// Dependence of the innovations on the state, in standard deviations.
     pub(crate) state_dependence: f64,
+}
+
+impl Buffeted {
+    pub(crate) fn modal(&self) -> Modal {
+        let [_, u_wn, u_zeta] = self.deviations;
+        Modal {
+            natural_frequency_rad_s: Quantity::new(self.natural_frequency_rad_s, u_wn),
+            damping_ratio: Quantity::new(self.damping_ratio, u_zeta),
+        }
+    }
 }
 
 /// Parts of a record that must agree, and the cycles that each has to hold: in fewer the forcing, three

@@ -1,23 +1,24 @@
 //! The answer by likelihood: which effects, or which random forcing, bring a model near the noise down to it.
 
 use crate::bic;
-use crate::diagnosis::answer::{modal, step, Candidate, Diagnosed, Diagnosis, Modal, Status, Step};
+use crate::diagnosis::answer::{step, Candidate, Diagnosed, Diagnosis, HeldOut, Status, Step};
 use crate::diagnosis::buffeting::{self, Buffeted};
-use crate::diagnosis::compare;
 use crate::diagnosis::forced::{self, Forced, BEYOND_DOUBT, MOST_UNSTEADY};
 use crate::diagnosis::guards::{self, Refusal};
 use crate::diagnosis::late_release;
 use crate::diagnosis::likelihood::{NEAR_NOISE, USED_UP_TO};
 use crate::diagnosis::search::{self, beyond, criterion, SearchStart};
+use crate::diagnosis::verdict::{name_of, Chosen};
 use crate::effects::{Acts, Effect};
 use crate::error::Result;
-use crate::fit::at_amplitude::{at_amplitudes, with_discrepancy};
+use crate::fit::at_amplitude::with_discrepancy;
 use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::quantity::Quantity;
 use crate::record::Record;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::slice::from_ref;
 
 /// The answer by likelihood, which holds near the noise; and whether it explains the record.
 ///
@@ -35,12 +36,12 @@ pub(super) fn by_likelihood(
     let alone = found.explained && beyond(&found.plain, last).len() < 2;
     // Random forcing that hardly shows bends a single effect to it; then it has to be likelier by itself.
     let forced = !alone || forced::forced_rather_than(decay, &start.plain, last).is_some();
-    if let Some(forced) = forced.then(|| random_forcing(decay, start, last)).flatten() {
+    if let Some(forced) = forced.then(|| random_forcing(record, decay, start, last)).flatten() {
         // Named though not always believed: no definite law stands for them.
         return Ok((forced, true));
     }
     let effects = beyond(&found.plain, last).to_vec();
-    let mut steps = steps(decay, &found.path);
+    let steps = steps(decay, &found.path);
     // Three effects or more can be bent to a short record; then they have to predict the rest of it too.
     let is_predicted =
         effects.len() < 3 || steps.last().is_some_and(|s| s.held_out_over_noise < NEAR_NOISE);
@@ -49,48 +50,40 @@ pub(super) fn by_likelihood(
         (true, false) => Status::Explained,
         (false, _) => Status::Unexplained,
     };
-    let mut modal_values = modal(last);
-    let (mut at_amplitude, mut covariance) = (at_amplitudes(decay, last), last.named_covariance());
-    if status == Status::Explained
-        && let Some(model) = late_release::from_release(record, decay, last)
-    {
-        steps.last_mut().expect("a model").parameters =
-            model.effect_parameters().into_iter().collect();
-        modal_values = modal(&model);
-        (at_amplitude, covariance) = (at_amplitudes(decay, &model), model.named_covariance());
-    }
-    let diagnosis = Diagnosis {
-        said: decay.measurand.said(),
-        noise_rms_deg: decay.measurand.shown(decay.sample_noise_rad),
-        mean_noise_deg: decay.measurand.shown(decay.noise_rad),
-        status,
+    let chosen = Chosen {
+        status: Some(status),
         effects,
         indistinguishable: found
             .indistinguishable
             .iter()
             .map(|(a, b)| [a.clone(), b.clone()])
             .collect(),
-        modal: modal_values,
-        at_amplitude,
-        covariance,
         steps,
+        held_out: HeldOut::LaterPart,
         candidates: candidates(decay, &found.plain, &found.singles, &found.refused),
-        where_: compare::locate(decay, last),
-        left: None,
-        sentence: None,
-        rest_angle_deg: last.rest_rad().map(|rest| rest.by(|x| decay.measurand.shown(x))),
+        model: name_of(&found.plain.structure.effects),
     };
+    let models = [from_ref(&found.plain), from_ref(last)];
+    let mut diagnosis = Diagnosis::of(&[record.name()], from_ref(decay), models, chosen);
+    if status == Status::Explained
+        && let Some(model) = late_release::from_release(record, decay, last)
+    {
+        let parameters = model.effect_parameters().into_iter().collect();
+        diagnosis.steps.last_mut().expect("a model").parameters = parameters;
+        diagnosis.releases[0].has_numbers_of(decay, &model);
+        diagnosis.modal = Some(model.modal());
+    }
     let good = status != Status::Unexplained;
-    Ok((
-        Diagnosed { diagnosis, decay: found.decay, singles: found.singles, path: found.path },
-        good,
-    ))
+    let path = found.path.into_iter().map(|model| vec![model]).collect();
+    let decays = vec![found.decay];
+    Ok((Diagnosed { diagnosis, decays, singles: found.singles, path }, good))
 }
 
 /// The answer by the random forcing that explains the record, with the effects beside it, where no definite
 /// effects do: the same throughout, its innovations white, blind to the state and down to the noise, and far
 /// likelier than `best`, a definite model.
 pub(super) fn random_forcing(
+    record: &Record,
     decay: &FreeDecay,
     start: &SearchStart,
     best: &Fitted,
@@ -109,9 +102,9 @@ pub(super) fn random_forcing(
     if forced.is_none() && !forced::holds(&alone, numbers, deterministic, n) {
         return None;
     }
-    let diagnosis = buffeted_verdict(decay, start, &alone, forced.as_ref());
-    let path = vec![start.plain.clone()];
-    Some(Diagnosed { diagnosis, path, decay: decay.clone(), singles: start.singles.clone() })
+    let diagnosis = buffeted_verdict(record, decay, start, &alone, forced.as_ref());
+    let (decays, singles) = (vec![decay.clone()], start.singles.clone());
+    Some(Diagnosed { diagnosis, decays, singles, path: vec![vec![start.plain.clone()]] })
 }
 
 /// Random forcing and an effect together bend to much that the library lacks: one effect of the state beside
@@ -129,13 +122,13 @@ fn is_beyond_doubt(forced: &Forced, decay: &FreeDecay) -> bool {
 }
 
 fn buffeted_verdict(
+    record: &Record,
     decay: &FreeDecay,
     start: &SearchStart,
     b: &Buffeted,
     forced: Option<&Forced>,
 ) -> Diagnosis {
     let plain = &start.plain;
-    let [_, u_wn, u_zeta] = b.deviations;
     // What is random cannot be predicted; the filter's innovations are one step ahead throughout.
     let random_step = |added: Effect, b: &Buffeted| {
         let intensity = Quantity::new(b.intensity, b.intensity * b.deviations[0]);
@@ -149,12 +142,7 @@ fn buffeted_verdict(
     };
     let mut steps = vec![step(decay, plain, 0), random_step(Effect::random(), b)];
     let mut effects = vec![Effect::random()];
-    let mut modal_values = Modal {
-        natural_frequency_rad_s: Quantity::new(b.natural_frequency_rad_s, u_wn),
-        damping_ratio: Quantity::new(b.damping_ratio, u_zeta),
-    };
     if let Some(Forced { model, forcing }) = forced {
-        modal_values = modal(model);
         for effect in beyond(plain, model) {
             let mut step = random_step(effect.clone(), forcing);
             step.parameters.extend(model.effect_parameters());
@@ -172,26 +160,31 @@ fn buffeted_verdict(
         converged: true,
     };
     candidates.insert(0, random);
-    Diagnosis {
-        said: decay.measurand.said(),
-        noise_rms_deg: decay.measurand.shown(decay.sample_noise_rad),
-        mean_noise_deg: decay.measurand.shown(decay.noise_rad),
-        status: match forced {
-            Some(forced) if !is_beyond_doubt(forced, decay) => Status::Unexplained,
-            _ => Status::Explained,
-        },
+    let status = match forced {
+        Some(forced) if !is_beyond_doubt(forced, decay) => Status::Unexplained,
+        _ => Status::Explained,
+    };
+    let chosen = Chosen {
+        status: Some(status),
         effects,
         indistinguishable: Vec::new(),
-        modal: modal_values,
-        at_amplitude: forced.map_or_else(Vec::new, |f| at_amplitudes(decay, &f.model)),
-        covariance: forced.and_then(|f| f.model.named_covariance()),
         steps,
+        held_out: HeldOut::LaterPart,
         candidates,
-        where_: compare::locate(decay, forced.map_or(plain, |f| &f.model)),
-        left: None,
-        sentence: None,
-        rest_angle_deg: None,
+        model: name_of(&plain.structure.effects),
+    };
+    let (last, forcing) = forced.map_or((plain, b), |f| (&f.model, &f.forcing));
+    let models = [from_ref(plain), from_ref(last)];
+    let mut diagnosis = Diagnosis::of(&[record.name()], from_ref(decay), models, chosen);
+    let release = &mut diagnosis.releases[0];
+    release.is_filtered(decay, forcing.over_noise);
+    release.parameters = diagnosis.steps.last().expect("a step").parameters.clone();
+    if forced.is_none() {
+        release.has_no_definite_model(b.modal());
     }
+    diagnosis.modal = Some(release.modal);
+    diagnosis.is_filtered(status, name_of(&plain.structure.effects));
+    diagnosis
 }
 
 fn steps(decay: &FreeDecay, path: &[Fitted]) -> Vec<Step> {

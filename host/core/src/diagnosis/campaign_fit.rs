@@ -3,8 +3,8 @@
 use crate::bic::{self, MARGIN};
 use crate::derivatives::campaign::Campaign as Made;
 use crate::derivatives::condition::Setting;
+use crate::diagnosis::answer::{HeldOut, Step, FITTED_SHARE};
 use crate::diagnosis::buffeting::{self, Buffeted};
-use crate::diagnosis::diagnose::{Step, FITTED_SHARE};
 use crate::diagnosis::likelihood::are_explained;
 use crate::diagnosis::origin::{self, weighted_mean, Origin, Plan, Seen};
 use crate::diagnosis::releases::{
@@ -18,22 +18,10 @@ use crate::fit::joint::{self, JointFit, Release, Sharing};
 use crate::quantity::Quantity;
 use crate::record::Record;
 use rayon::prelude::*;
-use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// The sharing where no two releases have a coefficient in common.
 pub(super) const OWN: &str = "each release its own";
-
-/// What a model was judged on that it was not fitted to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum HeldOut {
-    /// The last repeat of each condition released more than once: the effects' coefficients are those of the
-    /// others, natural frequency, damping ratio and state are its own.
-    Releases,
-    /// The later part of each release.
-    LaterPart,
-}
 
 /// A model with the origin of its effects, and all releases fitted with the numbers they share.
 pub(super) struct Shared {

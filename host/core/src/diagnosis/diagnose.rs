@@ -1,210 +1,44 @@
-//! The verdict on a record: adequate, explained by these effects, or unexplained.
+//! The entry: what the releases of a rig, or of a campaign, lack.
 
-use crate::diagnosis::account::{self, Account};
-use crate::diagnosis::alike::alike;
-pub(crate) use crate::diagnosis::answer::modal;
+use crate::derivatives::campaign::Campaign;
 pub use crate::diagnosis::answer::{
-    step, Candidate, Diagnosed, Diagnosis, Left, Modal, Options, Status, Step, FITTED_SHARE,
+    step, BeforeAndAfter, Candidate, Coefficient, Condition, Diagnosed, Diagnosis, HeldOut, Left,
+    Options, ReleaseVerdict, Status, Step, FITTED_SHARE,
 };
-use crate::diagnosis::by_likelihood::{by_likelihood, random_forcing};
-use crate::diagnosis::compare;
-use crate::diagnosis::guards;
-use crate::diagnosis::likelihood::{is_explained, NEAR_NOISE, USED_UP_TO};
+use crate::diagnosis::campaign::of_campaign;
+use crate::diagnosis::one::of_one;
 pub use crate::diagnosis::over_pieces::fit_over_pieces;
-use crate::diagnosis::reach;
-use crate::diagnosis::search::{self, SearchStart};
-use crate::diagnosis::survivors;
-use crate::discrepancy::ABOVE_NOISE;
-use crate::effects::Effect;
-use crate::error::{Error, Result};
-use crate::fit::at_amplitude::at_amplitudes;
-use crate::fit::fitting::Fitted;
-use crate::fit::floor;
-use crate::fit::free_decay::FreeDecay;
+use crate::diagnosis::several::of_several;
+pub use crate::diagnosis::several_fit::Common;
+pub use crate::diagnosis::verdict::{name_of, verdict, SECOND_ORDER};
+use crate::error::Result;
+pub use crate::fit::fitting::Modal;
 use crate::record::Record;
-use rayon::prelude::*;
 
-/// Residual over noise, of what all effects at once would leave in one linear step, up to which a model down
-/// to the noise is looked for; and of a model, over a floor of coloured noise, beyond which what it leaves says
-/// nothing about that floor.
-const WITHIN_REACH: f64 = 8.0;
-/// What a diagnosis begins with where no model is there.
-pub const SECOND_ORDER: &str = "the second-order model";
-/// The same where a model with effects is.
-const PRESENT: &str = "the present model";
+/// What releases have to do with each other.
+#[derive(Clone, Debug)]
+pub enum Grouping<'a> {
+    /// One rig in one condition; a release by itself is one of these.
+    Rig(Common),
+    /// A campaign's, in its order: wind, springs and axis of each are known. It begins from the
+    /// second-order model, whatever is present.
+    Campaign(&'a Campaign),
+}
 
-/// What a diagnosis begins with, where these effects are there already.
-pub fn name_of(present: &[Effect]) -> &'static str {
-    if present.is_empty() {
-        SECOND_ORDER
-    } else {
-        PRESENT
+impl Default for Grouping<'_> {
+    fn default() -> Self {
+        Self::Rig(Common::default())
     }
 }
 
-/// The verdict in one line; `model` says what was there before.
-pub fn verdict(status: Status, effects: &[Effect], model: &str) -> String {
-    let names: Vec<&str> = effects.iter().map(|e| e.id()).collect();
-    match status {
-        Status::Adequate => format!("adequate: {model} explains it to its noise"),
-        Status::Explained if model == SECOND_ORDER => format!("explained by {}", names.join(", ")),
-        Status::Explained => format!("explained by {model} with {}", names.join(", ")),
-        Status::MostlyExplained if names.is_empty() => format!("mostly explained by {model}"),
-        Status::MostlyExplained => format!("mostly explained by {}", names.join(", ")),
-        Status::Unexplained if names.is_empty() => {
-            "unexplained: no effect of the library accounts for it".to_owned()
-        }
-        Status::Unexplained if effects.iter().any(Effect::is_random) => format!(
-            "unexplained: {} bring it to the noise, but beside random forcing much does; release it again: what is random \
-             does not repeat",
-            names.join(", ")
-        ),
-        Status::Unexplained => {
-            format!("unexplained: {} helped, but not to the noise", names.join(", "))
-        }
-    }
-}
-
-/// Judges `record`.
+/// Judges `releases`, one or several.
 ///
 /// # Errors
-/// As [`diagnose_with_fits`].
-pub fn diagnose(record: &Record, options: &Options) -> Result<Diagnosis> {
-    Ok(diagnose_with_fits(record, options)?.diagnosis)
-}
-
-/// Judges `record`, and keeps what was fitted.
-///
-/// # Errors
-/// No free decay in it, a present model that cannot be fitted, or interrupted.
-pub fn diagnose_with_fits(record: &Record, options: &Options) -> Result<Diagnosed> {
-    let (wind_speed_m_s, stop) = (options.wind_speed_m_s, options.stop.clone());
-    let decay = FreeDecay { wind_speed_m_s, stop, ..FreeDecay::of(record)? };
-    judged(record, decay, options)
-}
-
-pub(super) fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Result<Diagnosed> {
-    let options = &options.of(&decay);
-    let present = &options.present;
-    // Pieces of a free decay do not show what follows time, and a flexible effect is not looked for beside
-    // another.
-    if !present.effects.iter().all(Effect::shows_in_pieces) {
-        let start = SearchStart::of(&decay, options)?;
-        return Ok(by_likelihood(record, &decay, &start)?.0);
+/// Naming the record without a free decay; a present model that cannot be fitted; interrupted.
+pub fn diagnose(releases: &[Record], grouping: &Grouping, options: &Options) -> Result<Diagnosed> {
+    match (grouping, releases) {
+        (Grouping::Campaign(made), _) => of_campaign(made, releases, options),
+        (Grouping::Rig(_), [only]) => of_one(only, options),
+        (Grouping::Rig(common), _) => of_several(releases, common, options),
     }
-    let survivors = survivors::search(&decay, &options.own, present)?;
-    let rest_is_known = options.zero_unknown || present.effects.iter().any(Effect::moves_rest);
-    let account = account::account(&decay, survivors, rest_is_known)?;
-    let best = &account.last().model;
-    let decay = with_floor_of(decay, best);
-    let name = name_of(&present.effects);
-    let start = match SearchStart::of(&decay, options) {
-        // About the sensor's zero the present model may have no fit where it has one about its rest angle.
-        Err(Error::NotFitted) => return by_prediction(record, decay, account, name),
-        start => start?,
-    };
-    let plain = &start.plain;
-    let lowest = plain.rms_rad().min(account.plain_rad());
-    let from = |model: &Fitted| reach::reach(&decay, model, &start.candidates);
-    let near = lowest < USED_UP_TO * decay.noise_rad || is_explained(best, &decay);
-    let reached = near.then(|| {
-        let least = from(best).min(from(plain));
-        if least < NEAR_NOISE {
-            return least;
-        }
-        let singles = start.singles.par_iter().filter(|s| s.converged);
-        singles.map(from).reduce(|| least, f64::min)
-    });
-    // From near the noise a linear step is to be believed.
-    let out_of_reach = |least| least > NEAR_NOISE && best.over_noise(&decay) < WITHIN_REACH;
-    let within = reached.is_some_and(|least| least < WITHIN_REACH && !out_of_reach(least));
-    // A linear step does not see as far, and what follows time alone or has corners is not among what is
-    // predicted with.
-    let explains = |single: &Fitted| single.converged && search::is_explained(single, &decay);
-    let one_explains = start.singles.iter().any(explains);
-    // What is random predicts nothing: it may stand beside effects that predict most of the record, where it is
-    // believed, not in their place.
-    let stands = |found: &Diagnosed| {
-        let mut beside = found.diagnosis.effects.iter().filter(|e| !e.is_random()).peekable();
-        let is_random = found.diagnosis.effects.iter().any(Effect::is_random);
-        let beside_them = beside.peek().is_some() && beside.all(|e| account.effects.contains(e));
-        let is_believed = found.diagnosis.status == Status::Explained;
-        !is_random || !account.explains_most() || (is_believed && beside_them)
-    };
-    let forced_first = reached.is_some_and(|least| least > NEAR_NOISE) && !one_explains;
-    if forced_first {
-        let single = search::best(&start.singles).unwrap_or(plain);
-        let lower = if best.rms_rad() < single.rms_rad() { best } else { single };
-        if let Some(forced) = random_forcing(&decay, &start, lower).filter(stands) {
-            return Ok(forced);
-        }
-    }
-    if within || one_explains {
-        let (diagnosed, good) = by_likelihood(record, &decay, &start)?;
-        if good && stands(&diagnosed) {
-            return Ok(diagnosed);
-        }
-    }
-    decay.stop.check()?;
-    by_prediction(record, decay, account, name)
-}
-
-/// `decay` with the floor of coloured noise as `model` shows it, where the one does not account for what the
-/// model leaves and the other does: in a short record the oscillation hides where such noise is strongest.
-fn with_floor_of(decay: FreeDecay, model: &Fitted) -> FreeDecay {
-    let near = ABOVE_NOISE..WITHIN_REACH;
-    if !near.contains(&model.over_noise(&decay)) {
-        return decay;
-    }
-    let shown = decay.clone().with_noise_of(&model.residuals);
-    let accounts_for_it = model.over_noise(&shown) < NEAR_NOISE;
-    if accounts_for_it {
-        shown
-    } else {
-        decay
-    }
-}
-
-/// The answer that survives prediction.
-fn by_prediction(
-    record: &Record,
-    decay: FreeDecay,
-    account: Account,
-    model: &str,
-) -> Result<Diagnosed> {
-    let decay = floor::with_steps(decay, record);
-    let last = &account.last().model;
-    let where_ = compare::locate(&decay, last);
-    let left = account.left(&decay, &where_);
-    let status = left.status(search::is_explained(last, &decay), &account.effects);
-    let step = |s: &account::Step| Step {
-        added: s.added.clone(),
-        residual_rms_deg: decay.raw_rms_deg(s.model.rms_rad()),
-        residual_over_noise: s.model.over_noise(&decay),
-        held_out_over_noise: s.held_out_rad / decay.noise_rad,
-        parameters: s.parameters.clone(),
-    };
-    let allowed = |rival: &survivors::PredictedModel| {
-        let model = account::of_judged(&decay, &account.survivors, rival);
-        guards::refusal(&model, &decay).is_none()
-    };
-    let diagnosis = Diagnosis {
-        said: decay.measurand.said(),
-        noise_rms_deg: decay.measurand.shown(decay.sample_noise_rad),
-        mean_noise_deg: decay.measurand.shown(decay.noise_rad),
-        status,
-        effects: account.effects.clone(),
-        indistinguishable: alike(&account.survivors, allowed)?,
-        modal: modal(last),
-        at_amplitude: at_amplitudes(&decay, last),
-        covariance: last.named_covariance(),
-        steps: account.steps.iter().map(step).collect(),
-        candidates: account.candidates.clone(),
-        where_,
-        sentence: Some(account::sentence(&account.effects, &left, model)),
-        left: Some(left),
-        rest_angle_deg: Some(account.rest_angle.by(|x| decay.measurand.shown(x))),
-    };
-    let path = account.steps.into_iter().map(|s| s.model).collect();
-    Ok(Diagnosed { diagnosis, decay, singles: Vec::new(), path })
 }

@@ -2,10 +2,11 @@
 //! record does, predicted from the earlier one. What drifts is none of them: in one release it varies with the
 //! amplitude as a law does.
 
-use crate::diagnosis::answer::{FITTED_SHARE, MOST_LEFT};
+use crate::diagnosis::answer::FITTED_SHARE;
 use crate::diagnosis::guards;
 use crate::diagnosis::likelihood::is_explained;
 use crate::diagnosis::prediction::LEAST_GAIN;
+use crate::diagnosis::verdict::MOST_LEFT;
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::about_rest::added;

@@ -3,8 +3,8 @@
 
 use crate::bic::{self, MARGIN};
 use crate::diagnosis::alone::Alone;
-use crate::diagnosis::answer::{Left, Options, NOISE};
-use crate::diagnosis::likelihood::{are_explained, LEAST_SHARE_SQUARED, MOST_EFFECTS};
+use crate::diagnosis::answer::Options;
+use crate::diagnosis::likelihood::{LEAST_SHARE_SQUARED, MOST_EFFECTS};
 use crate::diagnosis::origin::weighted_mean;
 use crate::diagnosis::search::sharpened;
 use crate::effects::{Acts, Effect};
@@ -159,7 +159,7 @@ pub(crate) fn judge(
     releases.check()?;
     let alone = Alone::of(records, plain.worst(releases), &releases.decays, options)?;
     for (of, release) in alone.answers.iter().zip(&alone.which) {
-        releases.decays[*release] = of.decay.clone();
+        releases.decays[*release] = of.decays[0].clone();
     }
     let known = |e: &Effect| plain.effects.contains(e) || structure.zero_unknown && e.moves_rest();
     let mut named = alone.named();
@@ -219,7 +219,7 @@ fn each(
             let rest = |e: &Effect| fitted.structure.zero_unknown && e.moves_rest();
             b.iter().all(|e| a.contains(e)) && a.iter().all(|e| b.contains(e) || rest(e))
         };
-        let known = alone.of_release(i).and_then(|answer| answer.path.iter().find(same));
+        let known = alone.of_release(i).and_then(|answer| answer.models(0).find(same));
         let known = known.and_then(|model| {
             let start = model.numbers_for(&fitted.structure)?;
             Some(refitted(decay, &fitted.structure, &start))
@@ -244,7 +244,7 @@ fn begun(
         decay.stop.check()?;
         let structure =
             Structure { effects: effects.clone(), about_rest, ..plain.structure.clone() };
-        let own = alone.of_release(i).and_then(|answer| answer.path.last());
+        let own = alone.of_release(i).map(|answer| answer.last(0));
         let own = own.and_then(|model| {
             let Structure { effects: own, zero_unknown, .. } = &model.structure;
             let has = |e: &&Effect| own.contains(e) || e.moves_rest() && *zero_unknown;
@@ -344,39 +344,4 @@ pub(super) fn from_others(
         refitted(&decays[release], &structure, &joint.fits[release].parameters)
     };
     held.par_iter().map(known).collect()
-}
-
-/// Root of the mean square of what each release has.
-pub(super) fn mean_square(decays: &[FreeDecay], of: impl Fn(&FreeDecay) -> f64) -> f64 {
-    let sum: f64 = decays.iter().map(|d| of(d).powi(2)).sum();
-    (sum / decays.len() as f64).sqrt()
-}
-
-/// The release that is explained worst.
-pub(super) fn worst(fits: &[Fitted], decays: &[FreeDecay]) -> usize {
-    let over = |i: &usize| fits[*i].over_noise(&decays[*i]);
-    (0..fits.len()).max_by(|a, b| over(a).total_cmp(&over(b))).unwrap_or(0)
-}
-
-/// What the `last` model of each release leaves of what the `plain` one misses.
-pub(super) fn left(
-    plain: &[Fitted],
-    last: &[Fitted],
-    decays: &[FreeDecay],
-    files: &[&str],
-) -> Left {
-    let squares = |fits: &[Fitted]| fits.iter().map(|f| f.sum_of_squares).sum::<f64>();
-    let count: usize = last.iter().map(|f| f.count).sum();
-    let rms_rad = (squares(last) / count as f64).sqrt();
-    let amplitude_rad = decays.iter().map(FreeDecay::reading_rad).fold(0.0, f64::max);
-    Left {
-        rms_deg: decays[0].measurand.shown(rms_rad),
-        unit: decays[0].measurand.unit().to_owned(),
-        share_of_amplitude: rms_rad / amplitude_rad,
-        share_of_misfit: (squares(last) / squares(plain)).min(1.0),
-        where_: match are_explained(last, decays) {
-            true => NOISE.into(),
-            false => format!("most of it in {}", files[worst(last, decays)]),
-        },
-    }
 }

@@ -2,11 +2,12 @@
 //! prediction over the pieces of all.
 
 use crate::diagnosis::alike::alike;
-use crate::diagnosis::answer::{Options, MOST_LEFT};
+use crate::diagnosis::answer::Options;
 use crate::diagnosis::releases::{
-    from_others, mean_square, over_noise, ModelOfReleases, ReleaseAnswers, Releases,
+    from_others, over_noise, ModelOfReleases, ReleaseAnswers, Releases,
 };
 use crate::diagnosis::survivors;
+use crate::diagnosis::verdict::{mean_square, MOST_LEFT};
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::fitting::{fit_added, Fitted, Structure};

@@ -1,4 +1,5 @@
 use super::*;
+use crate::diagnosis::diagnose::{diagnose, Grouping};
 use crate::effects::Terms;
 use crate::motion::simulate::{Grid, Motion};
 use rand::SeedableRng;
@@ -35,7 +36,7 @@ fn release(k: usize, amplitude_deg: f64) -> Record {
 #[test]
 fn three_releases_share_their_coefficients_and_not_their_rest() {
     let records = [release(0, 30.0), release(1, 18.0), release(2, 24.0)];
-    let found = diagnose_several(&records, &Common::default(), &Options::default()).unwrap();
+    let found = of_several(&records, &Common::default(), &Options::default()).unwrap().diagnosis;
     println!("{:?} {:?} {}", found.status, found.effects, found.sentence);
     // Two of the three rest off the sensor's zero, each where it does.
     let planted = [Effect::StaticOffset, Effect::CoulombFriction, Effect::CubicStiffness];
@@ -49,11 +50,11 @@ fn three_releases_share_their_coefficients_and_not_their_rest() {
     let last = found.steps.last().unwrap();
     let c = last.parameters["coulomb_friction.c"];
     assert!(c.holds(FRICTION, 3.0) && c.u < 0.03 * FRICTION, "{c}");
-    for (k, record) in found.records.iter().enumerate() {
-        assert!((record.rest_angle_deg.value - 0.4 * k as f64).abs() < 0.03, "{record:?}");
+    for (k, record) in found.releases.iter().enumerate() {
+        assert!((record.rest_angle_deg.unwrap().value - 0.4 * k as f64).abs() < 0.03, "{record:?}");
         assert_eq!(record.parameters["coulomb_friction.c"].value, c.value);
     }
-    assert!((found.records[2].modal.natural_frequency_rad_s.value / WN - 0.9).abs() < 1e-3);
+    assert!((found.releases[2].modal.natural_frequency_rad_s.value / WN - 0.9).abs() < 1e-3);
     let held: Vec<f64> = found.steps.iter().map(|s| s.held_out_over_noise).collect();
     assert!(held.windows(2).all(|h| h[1] <= h[0]) && held.last().unwrap() < &1.2, "{held:?}");
 }
@@ -62,8 +63,8 @@ fn three_releases_share_their_coefficients_and_not_their_rest() {
 fn one_spring_or_a_coefficient_each_where_asked() {
     let records = [release(0, 30.0), release(1, 18.0)];
     let common = Common { same_rig: true, own: vec![Effect::CoulombFriction] };
-    let found = diagnose_several(&records, &common, &Options::default()).unwrap();
-    let [a, b] = &found.records[..] else { panic!("two records") };
+    let found = of_several(&records, &common, &Options::default()).unwrap().diagnosis;
+    let [a, b] = &found.releases[..] else { panic!("two records") };
     assert_eq!(a.modal.natural_frequency_rad_s.value, b.modal.natural_frequency_rad_s.value);
     assert_eq!(
         found.modal.unwrap().natural_frequency_rad_s.value,
@@ -99,12 +100,12 @@ fn softening(seed: u64, amplitude_deg: f64, damping_ratio: f64) -> Record {
 fn laws_that_several_releases_cannot_separate_are_a_group() {
     let odd_square = Effect::OddQuadraticStiffness;
     let near = [softening(1, 12.0, 0.004), softening(2, 11.0, 0.004)];
-    let found = diagnose_several(&near, &Common::default(), &Options::default()).unwrap();
+    let found = of_several(&near, &Common::default(), &Options::default()).unwrap().diagnosis;
     println!("{:?} {:?}", found.effects, found.indistinguishable);
     let odd = |pairs: &[[Effect; 2]]| pairs.iter().flatten().any(|e| *e == odd_square);
     assert!(odd(&found.indistinguishable));
     let apart = [softening(3, 35.0, 0.02), softening(4, 15.0, 0.02)];
-    let found = diagnose_several(&apart, &Common::default(), &Options::default()).unwrap();
+    let found = of_several(&apart, &Common::default(), &Options::default()).unwrap().diagnosis;
     println!("{:?} {:?}", found.effects, found.indistinguishable);
     assert!(found.effects.contains(&Effect::CubicStiffness), "{:?}", found.effects);
     assert!(!odd(&found.indistinguishable), "{:?}", found.indistinguishable);
@@ -127,11 +128,14 @@ fn two_releases_of_two_modes_are_answered_as_each_alone() {
     };
     let records = [release(0, 12.0), release(1, 8.0)];
     for record in &records {
-        let alone = crate::diagnosis::diagnose::diagnose(record, &Options::default()).unwrap();
+        let alone =
+            diagnose(std::slice::from_ref(record), &Grouping::default(), &Options::default())
+                .unwrap()
+                .diagnosis;
         assert_eq!(alone.effects, [Effect::SecondMode], "{:?}", alone.status);
     }
     let common = Common { same_rig: true, own: Vec::new() };
-    let found = diagnose_several(&records, &common, &Options::default()).unwrap();
+    let found = of_several(&records, &common, &Options::default()).unwrap().diagnosis;
     println!("{:?} {:?} {}", found.status, found.effects, found.sentence);
     assert_eq!((found.effects, found.status), (vec![Effect::SecondMode], Status::MostlyExplained));
     let w2 = found.steps.last().unwrap().parameters["second_mode.w2"];

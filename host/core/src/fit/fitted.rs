@@ -28,6 +28,15 @@ impl Covariance {
     }
 }
 
+/// The linear part of a model at rest: what small oscillations would show.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Modal {
+    /// Undamped.
+    pub natural_frequency_rad_s: Quantity,
+    /// Negative where small oscillations grow.
+    pub damping_ratio: Quantity,
+}
+
 /// What two combinations of numbers have in common, given the numbers' covariance.
 fn between(covariance: &DMatrix<f64>, a: &[f64], b: &[f64]) -> f64 {
     let used = |row: &[f64]| -> Vec<usize> { (0..row.len()).filter(|k| row[*k] != 0.0).collect() };
@@ -188,6 +197,13 @@ impl Fitted {
             .map_or(f64::NAN, |c| (c[(index, index)] * self.modal_inflation).max(0.0).sqrt())
             .hypot(self.missed[index].sqrt());
         Quantity::new(self.parameters[index], u)
+    }
+    /// At rest.
+    pub fn modal(&self) -> Modal {
+        Modal {
+            natural_frequency_rad_s: self.natural_frequency_rad_s(),
+            damping_ratio: self.damping_ratio(),
+        }
     }
     /// At rest; its u holds the residual's own correlation and what the model lacks.
     pub fn natural_frequency_rad_s(&self) -> Quantity {

@@ -2,7 +2,7 @@
 //! coefficient.
 
 use crate::effects::Effect;
-pub use crate::fit::fitted::{Covariance, Fitted};
+pub use crate::fit::fitted::{Covariance, Fitted, Modal};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::linear_gain::Screen;
 use crate::fit::problem::{solve_one, Release, EVALUATIONS};

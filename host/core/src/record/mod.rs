@@ -68,6 +68,11 @@ pub struct Record {
 }
 
 impl Record {
+    /// Its file, as it was named.
+    pub fn name(&self) -> String {
+        self.file.display().to_string()
+    }
+
     /// A record of these samples, each at its own time.
     pub fn new(file: impl Into<PathBuf>, time_s: Vec<f64>, yaw_deg: Vec<f64>) -> Self {
         Self {

@@ -12,7 +12,8 @@ mod least;
 
 use crate::hidden::{hidden, number, plant, Outside, Plan, Planted};
 use rayon::prelude::*;
-use yawrig_core::diagnosis::diagnose::{diagnose, Diagnosis, Options, Status};
+use std::slice::from_ref;
+use yawrig_core::diagnosis::diagnose::{diagnose, Diagnosis, Grouping, Options, Status};
 use yawrig_core::effects::Effect;
 
 struct Case {
@@ -33,7 +34,10 @@ fn cases_of(plans: Vec<Plan>, shift: u64) -> Vec<Case> {
             plan.seed += 1_000_000 * shift;
             let planted = plant(&plan);
             let begin = std::time::Instant::now();
-            let found = diagnose(&planted.record, &Options::default()).expect("a free decay");
+            let found =
+                diagnose(from_ref(&planted.record), &Grouping::default(), &Options::default())
+                    .expect("a free decay")
+                    .diagnosis;
             Case { plan, planted, found, seconds: begin.elapsed().as_secs_f64() }
         })
         .collect()
@@ -104,7 +108,10 @@ fn coverage(cases: &[Case]) -> [(usize, usize); 2] {
             }
         }
         let truth = [case.planted.natural_frequency_rad_s, case.planted.damping_ratio];
-        let found = [case.found.modal.natural_frequency_rad_s, case.found.modal.damping_ratio];
+        let found = [
+            case.found.modal.unwrap().natural_frequency_rad_s,
+            case.found.modal.unwrap().damping_ratio,
+        ];
         for (truth, q) in truth.into_iter().zip(found) {
             let inside = q.holds(truth, 2.0);
             modal = (modal.0 + usize::from(inside), modal.1 + 1);

@@ -2,7 +2,8 @@
 //! they are, they give the numbers that the angle gives.
 
 use std::f64::consts::PI;
-use yawrig_core::diagnosis::diagnose::{diagnose, Options, Status};
+use std::slice::from_ref;
+use yawrig_core::diagnosis::diagnose::{diagnose, Grouping, Options, Status};
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::{fit_added, fit_plain_within, Fitted, Structure};
 use yawrig_core::fit::free_decay::FreeDecay;
@@ -129,13 +130,15 @@ fn what_is_missing_is_named_from_every_derivative() {
         let effect = hidden.split(':').next().and_then(Effect::from_id);
         for (k, seen) in DERIVATIVES.into_iter().enumerate() {
             let record = released(seen, hidden, 500.0, 51 + k as u64);
-            let found = diagnose(&record, &Options::default()).unwrap();
+            let found = diagnose(from_ref(&record), &Grouping::default(), &Options::default())
+                .unwrap()
+                .diagnosis;
             let what = format!("{} of {hidden:?}", record.measurand.quantity());
             println!("{what}: {:?} {:?}", found.status, found.effects);
             let status = if effect.is_some() { Status::Explained } else { Status::Adequate };
             assert_eq!((found.status, &found.effects[..]), (status, effect.as_slice()), "{what}");
-            near(&format!("{what}, wn"), found.modal.natural_frequency_rad_s, WN, 3.0);
-            near(&format!("{what}, zeta"), found.modal.damping_ratio, ZETA, 3.0);
+            near(&format!("{what}, wn"), found.modal.unwrap().natural_frequency_rad_s, WN, 3.0);
+            near(&format!("{what}, zeta"), found.modal.unwrap().damping_ratio, ZETA, 3.0);
         }
     }
 }

@@ -9,9 +9,7 @@ use crate::hidden::{scaled, simulate, Setup};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use yawrig_core::derivatives::campaign::Campaign;
-use yawrig_core::diagnosis::campaign::diagnose_records;
-use yawrig_core::diagnosis::diagnose::{diagnose, Options, Status};
-use yawrig_core::diagnosis::several::{diagnose_several, Common};
+use yawrig_core::diagnosis::diagnose::{diagnose, Common, Grouping, Options, Status};
 use yawrig_core::effects::Effect;
 use yawrig_core::record::Record;
 
@@ -65,20 +63,14 @@ type Answer = (Status, Vec<Effect>, Vec<[Effect; 2]>, f64);
 /// The four ways, of which the first and the `other` is asked, or all.
 fn asked(records: &[Record; 2], other: Option<usize>) -> Vec<(&'static str, Answer)> {
     let options = Options::default();
-    let begin = || std::time::Instant::now();
-    let one = || {
-        let (begin, found) = (begin(), diagnose(&records[0], &options).unwrap());
+    let ask = |records: &[Record], grouping: Grouping| {
+        let begin = std::time::Instant::now();
+        let found = diagnose(records, &grouping, &options).unwrap().diagnosis;
         (found.status, found.effects, found.indistinguishable, begin.elapsed().as_secs_f64())
     };
-    let several = |same_rig| {
-        let common = Common { same_rig, ..Common::default() };
-        let (begin, found) = (begin(), diagnose_several(records, &common, &options).unwrap());
-        (found.status, found.effects, found.indistinguishable, begin.elapsed().as_secs_f64())
-    };
-    let made = || {
-        let (begin, found) = (begin(), diagnose_records(&campaign(), records, &options).unwrap());
-        (found.status, found.effects, found.indistinguishable, begin.elapsed().as_secs_f64())
-    };
+    let one = || ask(&records[..1], Grouping::default());
+    let several = |same_rig| ask(records, Grouping::Rig(Common { same_rig, ..Common::default() }));
+    let made = || ask(records, Grouping::Campaign(&campaign()));
     let others: [(&str, &dyn Fn() -> Answer); 3] =
         [("two", &|| several(true)), ("model", &|| several(false)), ("campaign", &made)];
     let asked = others.iter().enumerate().filter(|(k, _)| other.is_none_or(|other| other == *k));
@@ -143,16 +135,19 @@ fn a_record_that_is_parted_in_two_is_answered_as_the_whole() {
     let half = whole.len() / 2;
     let parts = [part("first", 0..half), part("second", half..whole.len())];
     let options = Options::default();
-    let one = diagnose(&whole, &options).unwrap();
     let common = Common { same_rig: true, ..Common::default() };
-    let two = diagnose_several(&parts, &common, &options).unwrap();
+    let of = |records: &[Record], grouping: Grouping| {
+        diagnose(records, &grouping, &options).unwrap().diagnosis
+    };
+    let one = of(&[whole], Grouping::default());
+    let two = of(&parts, Grouping::Rig(common));
     println!("one {:?} {:?}, two {:?} {:?}", one.status, one.effects, two.status, two.effects);
     let planted = [Effect::StaticOffset, Effect::QuadraticStiffness, Effect::CoulombFriction];
     assert_eq!([one.status, two.status], [Status::MostlyExplained; 2]);
     assert!(one.effects.iter().all(|e| two.effects.contains(e)));
     assert!(two.effects.iter().all(|e| planted.contains(e)));
     let wn = two.modal.expect("one rig").natural_frequency_rad_s;
-    let of_one = one.modal.natural_frequency_rad_s;
+    let of_one = one.modal.expect("one rig").natural_frequency_rad_s;
     assert!((wn.value - of_one.value).abs() < 2.0 * wn.u.hypot(of_one.u), "{wn}, {of_one}");
 }
 

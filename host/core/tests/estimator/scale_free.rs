@@ -4,7 +4,8 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use yawrig_core::diagnosis::diagnose::{diagnose, Diagnosis, Options};
+use std::slice::from_ref;
+use yawrig_core::diagnosis::diagnose::{diagnose, Diagnosis, Grouping, Options};
 use yawrig_core::effects::Effect;
 use yawrig_core::identify::{identify, Method, Settings};
 use yawrig_core::record::Record;
@@ -52,7 +53,9 @@ fn said(time_s: Vec<f64>, yaw_deg: Vec<f64>) -> Said {
     Said {
         wn_rad_s: estimate.natural_frequency_rad_s.value,
         zeta: estimate.damping_ratio.value,
-        diagnosis: diagnose(&record, &Options::default()).unwrap(),
+        diagnosis: diagnose(from_ref(&record), &Grouping::default(), &Options::default())
+            .unwrap()
+            .diagnosis,
     }
 }
 
@@ -79,8 +82,9 @@ fn a_record_in_other_units_has_the_same_answer() {
         let there = said(time_s, yaw_deg.iter().map(|y| larger * y).collect());
         let wn = there.wn_rad_s * longer / here.wn_rad_s - 1.0;
         let zeta = there.zeta / here.zeta - 1.0;
-        let modal = there.diagnosis.modal.natural_frequency_rad_s;
-        let off = (modal.value * longer - here.diagnosis.modal.natural_frequency_rad_s.value)
+        let modal = there.diagnosis.modal.unwrap().natural_frequency_rad_s;
+        let off = (modal.value * longer
+            - here.diagnosis.modal.unwrap().natural_frequency_rad_s.value)
             / (modal.u * longer);
         let mut found = there.diagnosis.effects.clone();
         found.sort();
@@ -96,7 +100,10 @@ fn a_record_in_other_units_has_the_same_answer() {
     let there = said(thin(&time_s), thin(&yaw_deg));
     let mut found = there.diagnosis.effects.clone();
     found.sort();
-    let modal = there.diagnosis.modal.natural_frequency_rad_s;
+    let modal = there.diagnosis.modal.unwrap().natural_frequency_rad_s;
     assert_eq!(found, names);
-    assert!(modal.holds(here.diagnosis.modal.natural_frequency_rad_s.value, 3.0), "{modal}");
+    assert!(
+        modal.holds(here.diagnosis.modal.unwrap().natural_frequency_rad_s.value, 3.0),
+        "{modal}"
+    );
 }

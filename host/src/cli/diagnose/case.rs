@@ -13,19 +13,13 @@ use yawrig_records::Selection;
 
 /// What is judged, and beside which model.
 pub(super) enum Case {
-    Record(Record, Options, &'static str),
-    Several(Vec<Record>, Options),
+    Records(Vec<Record>, Options),
     Campaign(PathBuf, Options),
 }
 
-pub(super) fn one(
-    file: &Path,
-    reading: &Selection,
-    options: Options,
-    model: &'static str,
-) -> Result<Case> {
+pub(super) fn one(file: &Path, reading: &Selection, options: Options) -> Result<Case> {
     warn_of_more(file, reading);
-    Ok(Case::Record(yawrig_records::read_selected(file, reading)?, options, model))
+    Ok(Case::Records(vec![yawrig_records::read_selected(file, reading)?], options))
 }
 
 /// `files`, releases of one rig.
@@ -35,7 +29,7 @@ pub(super) fn several(files: &[PathBuf], reading: &Selection, options: Options) 
             .help("give records only, or one campaign.toml alone"));
     }
     let records = files.iter().map(|file| yawrig_records::read_selected(file, reading));
-    Ok(Case::Several(records.collect::<Result<_>>()?, options))
+    Ok(Case::Records(records.collect::<Result<_>>()?, options))
 }
 
 /// What the model at `path` lacks, in `file` or its own records.
@@ -77,16 +71,9 @@ fn lacking(
                 yawrig_records::read_selected(&Model::record_path(path, entry), &entry.reading)
             };
             let records = all.iter().map(read).collect::<Result<_>>()?;
-            return Ok(Case::Several(records, options));
+            return Ok(Case::Records(records, options));
         }
     };
     let wind_speed_m_s = entry.made_under.as_ref().map_or(0.0, |m| m.wind_speed_m_s);
-    one(
-        &Model::record_path(path, &entry),
-        &entry.reading,
-        Options { wind_speed_m_s, ..options },
-        PRESENT,
-    )
+    one(&Model::record_path(path, &entry), &entry.reading, Options { wind_speed_m_s, ..options })
 }
-
-pub(super) const PRESENT: &str = "the present model";

@@ -1,66 +1,62 @@
-//! A diagnosis as one object.
+//! A diagnosis as one object, the same for one release, several and a campaign.
 
 use crate::cli::common::SCHEMA_VERSION;
+use crate::cli::diagnose::Outcome;
 use crate::cli::law;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use yawrig_core::diagnosis::campaign::CampaignDiagnosis;
-use yawrig_core::diagnosis::diagnose::Diagnosis;
-use yawrig_core::diagnosis::several::SeveralDiagnosis;
+use yawrig_core::diagnosis::diagnose::{Diagnosis, ReleaseVerdict};
+use yawrig_core::fit::at_amplitude::AtAmplitude;
+use yawrig_core::fit::fitting::Covariance;
+use yawrig_core::quantity::Quantity;
 use yawrig_core::roll::RollDecay;
-use yawrig_model::law::LawAnswer;
 
 #[derive(Serialize)]
-pub(super) struct Object<'a, D> {
+pub(super) struct Object<'a> {
     schema_version: u32,
     #[serde(skip_serializing_if = "Option::is_none")]
     campaign: Option<&'a Path>,
     #[serde(flatten)]
-    diagnosis: &'a D,
+    diagnosis: &'a Diagnosis,
+    /// Of one release its numbers beside the verdict, too.
+    #[serde(flatten)]
+    only: Option<Only<'a>>,
+    /// Of several releases, as `releases`: the name that they had first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    records: Option<&'a [ReleaseVerdict]>,
     seconds: f64,
     /// As `law` prints it.
     #[serde(skip_serializing_if = "Option::is_none")]
     law: Option<serde_json::Value>,
+}
+
+#[derive(Serialize)]
+struct Only<'a> {
+    at_amplitude: &'a [AtAmplitude],
     #[serde(skip_serializing_if = "Option::is_none")]
-    roll: Option<RollDecay>,
+    covariance: Option<&'a Covariance>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rest_angle_deg: Option<Quantity>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    roll: Option<&'a RollDecay>,
 }
 
-pub(super) fn object<'a>(
-    diagnosis: &'a Diagnosis,
-    law: Option<&LawAnswer>,
-    files: &[PathBuf],
-    roll: Option<RollDecay>,
-    seconds: f64,
-) -> Object<'a, Diagnosis> {
-    let law = law.map(|found| law::object(found, files));
-    Object { schema_version: SCHEMA_VERSION, campaign: None, diagnosis, seconds, law, roll }
-}
-
-pub(super) fn several_object(
-    diagnosis: &SeveralDiagnosis,
-    seconds: f64,
-) -> Object<'_, SeveralDiagnosis> {
+/// `files`: where the formulas of a law were written.
+pub(super) fn object<'a>(outcome: &'a Outcome, files: &[PathBuf]) -> Object<'a> {
+    let diagnosis = &outcome.diagnosed.diagnosis;
+    let only = |release: &'a ReleaseVerdict| Only {
+        at_amplitude: &release.at_amplitude,
+        covariance: release.covariance.as_ref(),
+        rest_angle_deg: release.rest_angle_deg,
+        roll: release.roll.as_ref(),
+    };
     Object {
         schema_version: SCHEMA_VERSION,
-        campaign: None,
+        campaign: outcome.campaign.as_deref(),
+        only: diagnosis.only().filter(|_| outcome.campaign.is_none()).map(only),
+        records: (outcome.records.len() > 1).then_some(&diagnosis.releases),
+        seconds: outcome.seconds,
+        law: outcome.law.as_ref().map(|found| law::object(found, files)),
         diagnosis,
-        seconds,
-        law: None,
-        roll: None,
-    }
-}
-
-pub(super) fn campaign_object<'a>(
-    path: &'a Path,
-    diagnosis: &'a CampaignDiagnosis,
-    seconds: f64,
-) -> Object<'a, CampaignDiagnosis> {
-    Object {
-        schema_version: SCHEMA_VERSION,
-        campaign: Some(path),
-        diagnosis,
-        seconds,
-        law: None,
-        roll: None,
     }
 }

@@ -7,7 +7,8 @@ use super::least::ladder;
 use super::number;
 use crate::hidden::Plan;
 use rayon::prelude::*;
-use yawrig_core::diagnosis::diagnose::{diagnose, Diagnosis, Options};
+use std::slice::from_ref;
+use yawrig_core::diagnosis::diagnose::{diagnose, Diagnosis, Grouping, Options};
 use yawrig_core::effects::Effect;
 
 const STRENGTHS: [f64; 8] = [1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 16.0];
@@ -48,7 +49,10 @@ fn detectable_at_full_size() {
             let seed = 210_000 + i + 1_000_000 * number("YAWRIG_SEED", 0);
             let plan = Plan { effects: vec![effect.clone()], seed, ..Plan::default() };
             let named = |planted: &crate::hidden::Planted| {
-                let found = diagnose(&planted.record, &Options::default()).expect("a free decay");
+                let found =
+                    diagnose(from_ref(&planted.record), &Grouping::default(), &Options::default())
+                        .expect("a free decay")
+                        .diagnosis;
                 let others = found.effects.iter().filter(|e| **e != effect).cloned().collect();
                 (is_named(&effect, &found), others)
             };

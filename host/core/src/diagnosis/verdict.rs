@@ -1,0 +1,319 @@
+//! The verdict on releases, put together from the models that were chosen, and in words.
+
+use crate::diagnosis::answer::{Candidate, Diagnosis, HeldOut, Left, ReleaseVerdict, Status, Step};
+use crate::diagnosis::compare::{self, Where};
+use crate::diagnosis::likelihood::{are_explained, is_explained};
+use crate::discrepancy::ABOVE_NOISE;
+use crate::effects::Effect;
+use crate::fit::at_amplitude::at_amplitudes;
+use crate::fit::fitting::{Fitted, Modal};
+use crate::fit::free_decay::FreeDecay;
+use crate::quantity::Quantity;
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+
+/// What a diagnosis begins with where no model is there.
+pub const SECOND_ORDER: &str = "the second-order model";
+/// The same where a model with effects is.
+const PRESENT: &str = "the present model";
+
+/// Share of the amplitude that may be left where a model mostly explains a record.
+const SMALL_RESIDUAL: f64 = 0.01;
+/// The same of the plain model's mean square.
+pub(super) const MOST_LEFT: f64 = 0.25;
+/// Residual of a part of the amplitudes, over that of all, from which on it is named.
+const STANDS_OUT: f64 = 1.3;
+
+/// What is left where a model explains the record.
+const NOISE: &str = "no more than the noise";
+
+/// What a diagnosis begins with, where these effects are there already.
+pub fn name_of(present: &[Effect]) -> &'static str {
+    if present.is_empty() {
+        SECOND_ORDER
+    } else {
+        PRESENT
+    }
+}
+
+/// The verdict in one line; `model` says what was there before.
+pub fn verdict(status: Status, effects: &[Effect], model: &str) -> String {
+    let names: Vec<&str> = effects.iter().map(|e| e.id()).collect();
+    match status {
+        Status::Adequate => format!("adequate: {model} explains it to its noise"),
+        Status::Explained if model == SECOND_ORDER => format!("explained by {}", names.join(", ")),
+        Status::Explained => format!("explained by {model} with {}", names.join(", ")),
+        Status::MostlyExplained if names.is_empty() => format!("mostly explained by {model}"),
+        Status::MostlyExplained => format!("mostly explained by {}", names.join(", ")),
+        Status::Unexplained if names.is_empty() => {
+            "unexplained: no effect of the library accounts for it".to_owned()
+        }
+        Status::Unexplained if effects.iter().any(Effect::is_random) => format!(
+            "unexplained: {} bring it to the noise, but beside random forcing much does; release it again: what is random \
+             does not repeat",
+            names.join(", ")
+        ),
+        Status::Unexplained => {
+            format!("unexplained: {} helped, but not to the noise", names.join(", "))
+        }
+    }
+}
+
+/// What was chosen, and by what.
+pub(super) struct Chosen<'a> {
+    /// `None`: what is left of the releases decides it.
+    pub(super) status: Option<Status>,
+    pub(super) effects: Vec<Effect>,
+    pub(super) indistinguishable: Vec<[Effect; 2]>,
+    pub(super) steps: Vec<Step>,
+    pub(super) held_out: HeldOut,
+    pub(super) candidates: Vec<Candidate>,
+    /// What was there before, in words.
+    pub(super) model: &'a str,
+}
+
+impl Diagnosis {
+    /// `last` is the model of the verdict and `plain` that of which it is said what it misses, of each of
+    /// `decays`. What only a campaign has is not in it.
+    pub(super) fn of(
+        files: &[String],
+        decays: &[FreeDecay],
+        [plain, last]: [&[Fitted]; 2],
+        chosen: Chosen,
+    ) -> Self {
+        let Chosen { status, effects, indistinguishable, steps, held_out, candidates, model } =
+            chosen;
+        let worst = worst(last, decays);
+        let where_ = compare::locate(&decays[worst], &last[worst]);
+        let left = left([plain, last], decays, || match files {
+            [_] => in_words(&decays[0], &where_),
+            _ => format!("most of it in {}", files[worst]),
+        });
+        let shown = |rms_rad: f64| decays[0].measurand.shown(rms_rad);
+        let each = files.iter().zip(decays).zip(plain.iter().zip(last));
+        let each =
+            each.map(|((file, decay), models)| ReleaseVerdict::of(file, decay, models, &effects));
+        Self {
+            said: decays[0].measurand.said(),
+            noise_rms_deg: shown(mean_square(decays, |d| d.sample_noise_rad)),
+            mean_noise_deg: shown(mean_square(decays, |d| d.noise_rad)),
+            status: status.unwrap_or_else(|| left.status(are_explained(last, decays), &effects)),
+            indistinguishable,
+            origin: BTreeMap::new(),
+            origin_reason: BTreeMap::new(),
+            sharing: BTreeMap::new(),
+            modal: match last {
+                [only] => Some(only.modal()),
+                _ => None,
+            },
+            steps,
+            held_out,
+            candidates,
+            coefficients: BTreeMap::new(),
+            releases: each.collect(),
+            where_,
+            where_release: files[worst].clone(),
+            sentence: sentence(&effects, &left, model),
+            left,
+            effects,
+            derivatives: None,
+        }
+    }
+
+    /// Of all releases.
+    pub(super) fn residual_over_noise(&self) -> f64 {
+        let squares: f64 = self.releases.iter().map(|r| r.residual_over_noise.powi(2)).sum();
+        (squares / self.releases.len() as f64).sqrt()
+    }
+
+    /// Made what a filter leaves that foresees all but what is random: innovations, which are in the releases.
+    /// `model`: what was there before.
+    pub(super) fn is_filtered(&mut self, status: Status, model: &str) {
+        self.status = status;
+        let rms_deg = self.residual_over_noise() * self.mean_noise_deg;
+        self.left.is_of_innovations(rms_deg, status == Status::Explained);
+        self.sentence = sentence(&self.effects, &self.left, model);
+    }
+}
+
+impl ReleaseVerdict {
+    fn of(
+        file: &str,
+        decay: &FreeDecay,
+        (plain, last): (&Fitted, &Fitted),
+        effects: &[Effect],
+    ) -> Self {
+        let mut parameters: BTreeMap<String, Quantity> =
+            last.effect_parameters().into_iter().collect();
+        if effects.iter().any(Effect::moves_rest) && last.structure.zero_unknown {
+            parameters.extend([moment_of_rest(last)]);
+        }
+        Self {
+            file: file.to_owned(),
+            condition: None,
+            noise_rms_deg: decay.measurand.shown(decay.sample_noise_rad),
+            modal: last.modal(),
+            rest_angle_deg: last.rest_rad().map(|rest| rest.by(|x| decay.measurand.shown(x))),
+            before_over_noise: plain.over_noise(decay),
+            residual_rms_deg: decay.raw_rms_deg(last.rms_rad()),
+            residual_over_noise: last.over_noise(decay),
+            explained: is_explained(last, decay),
+            parameters,
+            at_amplitude: at_amplitudes(decay, last),
+            covariance: last.named_covariance(),
+            roll: None,
+        }
+    }
+
+    /// Given the numbers of `model`, another fit of the same effects.
+    pub(super) fn has_numbers_of(&mut self, decay: &FreeDecay, model: &Fitted) {
+        self.modal = model.modal();
+        self.parameters = model.effect_parameters().into_iter().collect();
+        self.at_amplitude = at_amplitudes(decay, model);
+        self.covariance = model.named_covariance();
+    }
+
+    /// Given innovations for residuals.
+    pub(super) fn is_filtered(&mut self, decay: &FreeDecay, over_noise: f64) {
+        self.residual_rms_deg = decay.raw_rms_deg(over_noise * decay.noise_rad);
+        self.residual_over_noise = over_noise;
+        self.explained = over_noise <= ABOVE_NOISE;
+    }
+
+    /// What is random has no course at an amplitude.
+    pub(super) fn has_no_definite_model(&mut self, modal: Modal) {
+        self.modal = modal;
+        self.at_amplitude.clear();
+        self.covariance = None;
+    }
+}
+
+impl Left {
+    fn is_of_innovations(&mut self, rms_deg: f64, is_explained: bool) {
+        let share = rms_deg / self.rms_deg;
+        self.rms_deg = rms_deg;
+        self.share_of_amplitude *= share;
+        self.share_of_misfit *= share * share;
+        if is_explained {
+            self.where_ = NOISE.into();
+        }
+    }
+
+    /// What is to be said where `effects` leave this: of a definite model, chosen by what it predicts.
+    fn status(&self, is_explained: bool, effects: &[Effect]) -> Status {
+        let more = effects.iter().any(|e| !e.moves_rest());
+        match (is_explained, effects.is_empty()) {
+            (true, true) => Status::Adequate,
+            (true, false) => Status::Explained,
+            (false, _) if self.share_of_amplitude < SMALL_RESIDUAL => Status::MostlyExplained,
+            (false, _) if more && self.share_of_misfit < MOST_LEFT => Status::MostlyExplained,
+            (false, _) => Status::Unexplained,
+        }
+    }
+}
+
+/// What the `last` model of each release leaves of what the `plain` one misses; `words` say where, if it is
+/// more than noise.
+fn left(
+    [plain, last]: [&[Fitted]; 2],
+    decays: &[FreeDecay],
+    words: impl FnOnce() -> String,
+) -> Left {
+    let squares = |fits: &[Fitted]| fits.iter().map(|f| f.sum_of_squares).sum::<f64>();
+    let count: usize = last.iter().map(|f| f.count).sum();
+    let rms = last.iter().map(|f| f.count as f64 * f.rms_rad().powi(2)).sum::<f64>();
+    let rms_rad = (rms / count as f64).sqrt();
+    let amplitude_rad = decays.iter().map(FreeDecay::reading_rad).fold(0.0, f64::max);
+    Left {
+        rms_deg: decays[0].measurand.shown(rms_rad),
+        unit: decays[0].measurand.unit().to_owned(),
+        share_of_amplitude: rms_rad / amplitude_rad,
+        share_of_misfit: (squares(last) / squares(plain)).min(1.0),
+        where_: match are_explained(last, decays) {
+            true => NOISE.into(),
+            false => words(),
+        },
+    }
+}
+
+/// Root of the mean square of what each release has.
+pub(super) fn mean_square(decays: &[FreeDecay], of: impl Fn(&FreeDecay) -> f64) -> f64 {
+    let sum: f64 = decays.iter().map(|d| of(d).powi(2)).sum();
+    (sum / decays.len() as f64).sqrt()
+}
+
+/// The release that is explained worst.
+fn worst(fits: &[Fitted], decays: &[FreeDecay]) -> usize {
+    let over = |i: &usize| fits[*i].over_noise(&decays[*i]);
+    (0..fits.len()).max_by(|a, b| over(a).total_cmp(&over(b))).unwrap_or(0)
+}
+
+/// The constant moment under which `model` rests where it does, over Izz, as the parameter of that effect.
+pub(super) fn moment_of_rest(model: &Fitted) -> (String, Quantity) {
+    let stiffness = model.parameters[0].powi(2);
+    let rest = model.rest_rad().expect("a rest angle that was fitted");
+    (Effect::of_rest().first_name(), Quantity::new(stiffness * rest.value, stiffness * rest.u))
+}
+
+/// Of which kind what is left is, and at which amplitudes.
+fn in_words(decay: &FreeDecay, where_: &Where) -> String {
+    let hz = decay.frequency_rad_s / TAU;
+    let share = |from: f64, to: f64| {
+        let inside = where_.frequency.iter().filter(|f| f.hz >= from * hz && f.hz < to * hz);
+        inside.map(|f| f.share).sum::<f64>()
+    };
+    let kinds = [
+        (share(0.0, 0.6), "slow"),
+        (share(0.6, 1.5), "at the fundamental"),
+        (share(1.5, 2.5), "at the second harmonic"),
+        (share(2.5, 3.5), "at the third harmonic"),
+        (share(3.5, f64::INFINITY), "at high harmonics"),
+    ];
+    let kind = kinds.iter().max_by(|a, b| a.0.total_cmp(&b.0)).map_or("", |k| k.1);
+    let bins = &where_.amplitude;
+    let unit = decay.measurand.coordinate_unit();
+    let all = {
+        let sum: f64 = bins.iter().map(|b| b.rms_deg.powi(2)).sum();
+        (sum / bins.len().max(1) as f64).sqrt()
+    };
+    let out = |b: &compare::AmplitudeBin| b.rms_deg > STANDS_OUT * all;
+    let above = bins.iter().rev().take_while(|b| out(b)).last();
+    let below = bins.iter().take_while(|b| out(b)).last();
+    match (above, below) {
+        (Some(bin), _) => format!("{kind}, above {} {unit}", Rounded(bin.from_deg)),
+        (None, Some(bin)) => format!("{kind}, below {} {unit}", Rounded(bin.to_deg)),
+        (None, None) => format!("{kind}, at all amplitudes"),
+    }
+}
+
+/// To two figures.
+struct Rounded(f64);
+
+impl std::fmt::Display for Rounded {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let digits = (1.0 - self.0.abs().max(1e-9).log10().floor()).max(0.0) as usize;
+        write!(f, "{:.*}", digits, self.0)
+    }
+}
+
+/// The sentence that stands for the answer.
+fn sentence(effects: &[Effect], left: &Left, model: &str) -> String {
+    let names: Vec<String> = effects.iter().map(|e| e.card().title.to_lowercase()).collect();
+    let rest = format!(
+        "{} {} ({} %) is left, {}",
+        Rounded(left.rms_deg),
+        left.unit,
+        Rounded(100.0 * left.share_of_amplitude),
+        left.where_
+    );
+    let Some((last, others)) = names.split_last() else {
+        return format!("no effect of the library predicts better than {model}; {rest}");
+    };
+    let (list, verb) = match others {
+        [] => (last.clone(), "accounts"),
+        _ => (format!("{} and {last}", others.join(", ")), "account"),
+    };
+    let accounted = 100.0 * (1.0 - left.share_of_misfit);
+    let digits = if accounted > 99.0 { 2 } else { 1 };
+    format!("{list} {verb} for {accounted:.digits$} % of what {model} misses; {rest}")
+}
