@@ -2,6 +2,7 @@
 
 mod case;
 mod json;
+mod outcome;
 
 use super::common::{print_json, print_line, EffectsArg};
 use super::csv;
@@ -14,12 +15,13 @@ use crate::answer::{Answer, Drawn};
 use case::{beside, one, several, Case};
 use clap::Args;
 use json::object;
+use outcome::Outcome;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
 use yawrig_campaign::CampaignFile;
 use yawrig_core::diagnosis::diagnose::{
-    diagnose, name_of, verdict, Common, Diagnosed, Diagnosis, Grouping, Options, Status,
+    diagnose, name_of, verdict, Common, Diagnosis, Grouping, Options, Status,
 };
 use yawrig_core::record::Record;
 use yawrig_model::document::{is_model, Model};
@@ -79,27 +81,6 @@ pub struct Diagnose {
     /// Print CSV, a row for each model that was gone through, units in the header
     #[arg(long, conflicts_with = "json")]
     pub csv: bool,
-}
-
-/// What came of it.
-struct Outcome {
-    /// None of a campaign, whose releases are its own.
-    records: Vec<Record>,
-    campaign: Option<PathBuf>,
-    diagnosed: Diagnosed,
-    law: Option<LawAnswer>,
-    model: &'static str,
-    seconds: f64,
-}
-
-impl Outcome {
-    /// What was judged.
-    fn name(&self) -> String {
-        match &self.campaign {
-            Some(path) => path.display().to_string(),
-            None => self.records.iter().map(Record::name).collect::<Vec<_>>().join(" "),
-        }
-    }
 }
 
 impl Diagnose {

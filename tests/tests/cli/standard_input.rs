@@ -23,7 +23,8 @@ fn without_name(mut value: Value) -> Value {
     fn forget(value: &mut Value) {
         match value {
             Value::Object(fields) => {
-                let names = ["file", "where_file", "record", "seconds", "condition"];
+                let names =
+                    ["file", "where_file", "where_release", "record", "seconds", "condition"];
                 fields.retain(|name, _| !names.contains(&name.as_str()));
                 fields.values_mut().for_each(forget);
             }

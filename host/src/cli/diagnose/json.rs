@@ -1,7 +1,7 @@
 //! A diagnosis as one object, the same for one release, several and a campaign.
 
 use crate::cli::common::SCHEMA_VERSION;
-use crate::cli::diagnose::Outcome;
+use crate::cli::diagnose::outcome::Outcome;
 use crate::cli::law;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
