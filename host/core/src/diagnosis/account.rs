@@ -75,34 +75,51 @@ pub(super) fn of_judged(
     refitted(decay, &whole.structure, &whole.numbers(0))
 }
 
+/// `survivors` less what cannot stand in one of the releases, their last model fitted to the whole of each by
+/// `fit`, and what was refused.
+///
+/// # Errors
+/// Interrupted, once somebody asked for it.
+pub(super) fn standing<T>(
+    decays: &[FreeDecay],
+    mut survivors: Survivors,
+    fit: impl Fn(&Survivors, &PredictedModel) -> T,
+    each: impl Fn(&T) -> &[Fitted],
+) -> Result<(Survivors, T, Vec<Refusal>)> {
+    let mut refused = Vec::new();
+    loop {
+        let last = fit(&survivors, survivors.path.last().expect("the plain model"));
+        survivors.lengths.stop.check()?;
+        let mut fits = each(&last).iter().zip(decays);
+        if fits.clone().any(|(fit, decay)| is_simple(fit, decay)) {
+            survivors = survivors.simple()?;
+            continue;
+        }
+        // What was there from the beginning is the user's.
+        let refusal = fits.find_map(|(fit, decay)| {
+            guards::refusal(fit, decay).filter(|r| !survivors.there().contains(&r.effect))
+        });
+        let Some(refusal) = refusal else { return Ok((survivors, last, refused)) };
+        survivors = survivors.without(refusal.effect.clone())?;
+        refused.push(refusal);
+    }
+}
+
 /// Fits what survived to the whole of `decay`. With `zero_unknown` a rest off the sensor's zero is not named.
 ///
 /// # Errors
 /// Interrupted, once somebody asked for it.
 pub(crate) fn account(
     decay: &FreeDecay,
-    mut survivors: Survivors,
+    survivors: Survivors,
     zero_unknown: bool,
 ) -> Result<Account> {
-    let mut refused = Vec::new();
-    let last = loop {
-        let last = of_judged(decay, &survivors, survivors.path.last().expect("the plain model"));
-        decay.stop.check()?;
-        if is_simple(&last, decay) {
-            survivors = survivors.simple()?;
-            continue;
-        }
-        // What was there from the beginning is the user's.
-        let refusal =
-            guards::refusal(&last, decay).filter(|r| !survivors.there().contains(&r.effect));
-        match refusal {
-            Some(refusal) => {
-                survivors = survivors.without(refusal.effect.clone())?;
-                refused.push(refusal);
-            }
-            None => break last,
-        }
-    };
+    let (survivors, last, refused) = standing(
+        std::slice::from_ref(decay),
+        survivors,
+        |survivors, judged| of_judged(decay, survivors, judged),
+        std::slice::from_ref,
+    )?;
     let smaller = &survivors.path[..survivors.path.len() - 1];
     let mut fits: Vec<Fitted> =
         smaller.par_iter().map(|judged| of_judged(decay, &survivors, judged)).collect();

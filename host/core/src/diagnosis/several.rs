@@ -54,6 +54,7 @@ pub(super) fn of_several(
             judged.path.iter().map(model).collect::<Vec<Path>>()
         })
         .filter(|path| at_once || path.last().is_some_and(|p| explains(&p.joint.fits)));
+    let mut candidates = judged.alone.candidates();
     let (path, indistinguishable, held_out) = match near {
         Some(path) => {
             let alike = judged.alone.indistinguishable(&each.effects);
@@ -63,7 +64,12 @@ pub(super) fn of_several(
             for (decay, record) in releases.decays.iter_mut().zip(records) {
                 *decay = floor::with_steps(decay.clone(), record);
             }
-            let (path, alike) = by_prediction(&releases, &judged, common, options, &structure)?;
+            let (path, alike, refused) =
+                by_prediction(&releases, &judged, common, options, &structure)?;
+            for candidate in &mut candidates {
+                let refusal = refused.iter().find(|r| r.effect == candidate.effect);
+                candidate.reason = candidate.reason.take().or(refusal.map(|r| r.reason.clone()));
+            }
             (path, alike, HeldOut::Pieces)
         }
     };
@@ -82,7 +88,7 @@ pub(super) fn of_several(
         indistinguishable,
         steps,
         held_out,
-        candidates: judged.alone.candidates(),
+        candidates,
         model: name_of(present),
     };
     let names: Vec<String> = records.iter().map(Record::name).collect();

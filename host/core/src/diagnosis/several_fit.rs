@@ -1,12 +1,14 @@
 //! The models of several releases of one rig: effects that all of them need at once, or those that survive
 //! prediction over the pieces of all.
 
+use crate::diagnosis::account;
 use crate::diagnosis::alike::alike;
 use crate::diagnosis::answer::Options;
+use crate::diagnosis::guards::{self, Refusal};
 use crate::diagnosis::releases::{
     from_others, over_noise, ModelOfReleases, ReleaseAnswers, Releases,
 };
-use crate::diagnosis::survivors;
+use crate::diagnosis::survivors::{self, PredictedModel, Survivors};
 use crate::diagnosis::verdict::{mean_square, MOST_LEFT};
 use crate::effects::Effect;
 use crate::error::Result;
@@ -94,28 +96,41 @@ pub(super) fn by_prediction(
     common: &Common,
     options: &Options,
     present: &Structure,
-) -> Result<(Vec<Path>, Vec<[Effect; 2]>)> {
+) -> Result<(Vec<Path>, Vec<[Effect; 2]>, Vec<Refusal>)> {
     let modal = |i: usize| if common.same_rig { 0 } else { i };
     let each: Vec<(&FreeDecay, usize)> =
         releases.decays.iter().enumerate().map(|(i, decay)| (decay, modal(i))).collect();
     let pooled = law::releases::Releases::new(&each);
     let survivors = survivors::search_all(&pooled, &options.own, present)?;
-    let alike = alike(&survivors, |_| true)?;
-    let noise_rad = mean_square(&releases.decays, |d| d.noise_rad);
-    let path = survivors.path.iter().map(|judged| {
-        releases.check()?;
+    let decays = &releases.decays;
+    let whole: Vec<Release> = decays.iter().map(Release::whole).collect();
+    let joint = |_: &Survivors, judged: &PredictedModel| {
         let fit = &judged.model.fit;
         let sharing = sharing(releases, &fit.structure.effects, common);
-        let whole: Vec<Release> = releases.decays.iter().map(Release::whole).collect();
-        let joint = joint::fit_or_lengthened(&whole, &fit.structure, &sharing, pooled.begun(fit));
-        Ok(Path {
-            effects: fit.structure.effects.clone(),
-            joint: joint.with_discrepancy(&whole),
-            held_out_over_noise: judged.prediction.rms_rad() / noise_rad,
-        })
+        joint::fit_or_lengthened(&whole, &fit.structure, &sharing, pooled.begun(fit))
+    };
+    let (survivors, last, refused) =
+        account::standing(decays, survivors, joint, |joint| &joint.fits)?;
+    let stands = |rival: &PredictedModel| {
+        let fits = joint(&survivors, rival).fits;
+        fits.iter().zip(decays).all(|(fit, decay)| guards::refusal(fit, decay).is_none())
+    };
+    let alike = alike(&survivors, stands)?;
+    let noise_rad = mean_square(decays, |d| d.noise_rad);
+    let (_, smaller) = survivors.path.split_last().expect("the plain model");
+    let mut joints = Vec::new();
+    for judged in smaller {
+        releases.check()?;
+        joints.push(joint(&survivors, judged));
+    }
+    joints.push(last);
+    let path = joints.into_iter().zip(&survivors.path).map(|(joint, judged)| Path {
+        effects: joint.structure.effects.clone(),
+        joint: joint.with_discrepancy(&whole),
+        held_out_over_noise: judged.prediction.rms_rad() / noise_rad,
     });
-    let mut path: Vec<Path> = path.collect::<Result<_>>()?;
+    let mut path: Vec<Path> = path.collect();
     let longer = lines_beside(releases, judged, common, path.last().expect("a model"))?;
     path.extend(longer);
-    Ok((path, alike))
+    Ok((path, alike, refused))
 }
