@@ -101,6 +101,11 @@ impl Diagnose {
         let records: Vec<PathBuf> = outcome.records.iter().map(|r| r.file.clone()).collect();
         let measure = law::command(&records, &reading, false);
         let mut text = diagnosis_text::of(&outcome.name(), diagnosis, outcome.model);
+        if let Some(command) = outcome.about_rest(&reading) {
+            text += &format!(
+                "\n\nfitted about the angle of rest, not about zero; the same model: {command}"
+            );
+        }
         if records.len() == 1 && diagnosis.lacks_more() {
             text += &format!("\n\nwhat is left may be a law that can be measured: {measure}");
         }
@@ -234,7 +239,8 @@ impl Diagnose {
             _ => None,
         };
         let model = name_of(&options.present.effects);
-        Ok(Outcome { records, campaign, diagnosed, law, model, seconds })
+        let zero_unknown = options.zero_unknown;
+        Ok(Outcome { records, campaign, diagnosed, law, zero_unknown, model, seconds })
     }
 }
 

@@ -1,6 +1,8 @@
 //! Swings as they are measured: large angles, a rest off the sensor's zero, steps of a coarse sensor, and
 //! more than one loss at once. The truth is integrated by Runge-Kutta steps of its own, friction as a sign.
 
+use serde_json::Value;
+use std::process::Command;
 use std::slice::from_ref;
 use yawrig_core::diagnosis::diagnose::{diagnose, Grouping, Options, Status};
 use yawrig_core::effects::Effect;
@@ -73,6 +75,39 @@ fn a_pendulum_from_120_deg_is_taken_apart() {
     let held: Vec<f64> = found.steps.iter().map(|s| s.held_out_over_noise).collect();
     println!("held out over noise {held:.3?}");
     assert!(held.windows(2).all(|h| h[1] <= h[0]));
+}
+
+/// The sensor's steps are the floor for every verb, and what acts about the angle of rest is fitted so by the
+/// command that `diagnose` prints: it leaves what the diagnosis left, with its natural frequency.
+#[test]
+fn the_command_that_a_diagnosis_prints_fits_the_same_model() {
+    let folder = tempfile::tempdir().unwrap();
+    let record = pendulum(100.0, 0.3, losses);
+    let rows = record.time_s.iter().zip(&record.yaw_deg);
+    let rows: String = rows.map(|(t, y)| format!("{t},{y}\n")).collect();
+    std::fs::write(folder.path().join("swing.csv"), format!("time_s,yaw_deg\n{rows}")).unwrap();
+    let said = |arguments: &[&str]| {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_yawrig"));
+        let out = program.current_dir(folder.path()).args(arguments).output().unwrap();
+        assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+        String::from_utf8(out.stdout).unwrap()
+    };
+    let json = |arguments: &[&str]| -> Value { serde_json::from_str(&said(arguments)).unwrap() };
+    let found = json(&["diagnose", "swing.csv", "--json"]);
+    assert_eq!(found["about_rest"], true);
+    let text = said(&["diagnose", "swing.csv"]);
+    let command = text.lines().find_map(|line| line.split_once("the same model: yawrig "));
+    let command = command.unwrap_or_else(|| panic!("no command in {text}")).1;
+    let arguments: Vec<&str> = command.split(' ').chain(["--json"]).collect();
+    let same = json(&arguments);
+    let last = &found["steps"].as_array().unwrap().last().unwrap()["residual_over_noise"];
+    let both = |left: &Value, right: &Value| [left, right].map(|x| x.as_f64().expect("a number"));
+    let [diagnosed, compared] = both(last, &same["residual_over_noise"]);
+    println!("{command}: {compared} times the noise, diagnosed {diagnosed}");
+    assert!((compared / diagnosed - 1.0).abs() < 0.02);
+    let wn = |said: &Value| said["modal"]["natural_frequency_rad_s"]["value"].clone();
+    let [diagnosed, compared] = both(&wn(&found), &wn(&same));
+    assert!((compared / diagnosed - 1.0).abs() < 1e-4, "{compared} {diagnosed}");
 }
 
 /// Friction that grows with the square of the angle, which the library has not.

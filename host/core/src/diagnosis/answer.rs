@@ -109,6 +109,8 @@ pub struct Diagnosis {
     pub origin: BTreeMap<String, Origin>,
     /// By effect of a campaign: what its origin was decided from, in words.
     pub origin_reason: BTreeMap<String, String>,
+    /// Whether the effects act about the angle of rest, as with a zero that is fitted, not about the sensor's.
+    pub about_rest: bool,
     /// By effect: which releases have one coefficient.
     pub sharing: BTreeMap<String, &'static str>,
     /// Of all releases, where they have it in common.

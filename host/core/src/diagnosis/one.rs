@@ -14,7 +14,6 @@ use crate::discrepancy::ABOVE_NOISE;
 use crate::effects::Effect;
 use crate::error::{Error, Result};
 use crate::fit::fitting::Fitted;
-use crate::fit::floor;
 use crate::fit::free_decay::FreeDecay;
 use crate::record::Record;
 use rayon::prelude::*;
@@ -120,7 +119,6 @@ fn by_prediction(
     account: Account,
     model: &str,
 ) -> Result<Diagnosed> {
-    let decay = floor::with_steps(decay, record);
     let last = &account.last().model;
     let step = |s: &account::Step| Step {
         added: s.added.clone(),

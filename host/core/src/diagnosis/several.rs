@@ -17,7 +17,6 @@ use crate::diagnosis::verdict::{name_of, Chosen};
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::fitting::{Fitted, Modal, Structure};
-use crate::fit::floor;
 use crate::fit::free_decay::FreeDecay;
 use crate::quantity::Quantity;
 use crate::record::Record;
@@ -61,9 +60,6 @@ pub(super) fn of_several(
             (path, alike, HeldOut::Releases)
         }
         None => {
-            for (decay, record) in releases.decays.iter_mut().zip(records) {
-                *decay = floor::with_steps(decay.clone(), record);
-            }
             let (path, alike, refused) =
                 by_prediction(&releases, &judged, common, options, &structure)?;
             for candidate in &mut candidates {

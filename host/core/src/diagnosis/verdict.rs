@@ -101,6 +101,7 @@ impl Diagnosis {
             indistinguishable,
             origin: BTreeMap::new(),
             origin_reason: BTreeMap::new(),
+            about_rest: last.iter().all(|fit| fit.rest_rad().is_some()),
             sharing: BTreeMap::new(),
             modal: match last {
                 [only] => Some(only.modal()),

@@ -1,6 +1,5 @@
 //! The least that any model can leave of a reading: noise, or the step of a quantised sensor.
 
-use crate::fit::free_decay::FreeDecay;
 use crate::record::Record;
 
 /// Readings for each value that is taken, from which on they come in steps.
@@ -32,12 +31,9 @@ pub(crate) fn step_deg(record: &Record) -> Option<f64> {
     Some(crate::statistics::median(&mut gaps))
 }
 
-/// `decay` with its noise floor at least a step's rms, where the noise does not blur the steps.
-pub(crate) fn with_steps(mut decay: FreeDecay, record: &Record) -> FreeDecay {
-    if let Some(step) = step_deg(record).map(|step| record.measurand.of_model(step))
-        && decay.sample_noise_rad < BLURRED * step
-    {
-        decay.noise_rad = decay.noise_rad.max(step / 12f64.sqrt());
-    }
-    decay
+/// The rms that no model of the means goes below: a step's, where noise of a sample, in deg, does not blur the
+/// steps.
+pub(crate) fn of_steps(record: &Record, sample_noise_deg: f64) -> f64 {
+    let step = step_deg(record).filter(|step| sample_noise_deg < BLURRED * step);
+    step.map_or(0.0, |step| step / 12f64.sqrt())
 }

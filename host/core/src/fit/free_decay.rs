@@ -2,6 +2,7 @@
 
 use crate::effects::Scale;
 use crate::error::Result;
+use crate::fit::floor;
 use crate::fit::lines::{self, SteadyLine};
 use crate::fit::noise::{self, Colour};
 use crate::fit::noise_floor;
@@ -182,7 +183,10 @@ impl FreeDecay {
         let amplitude_rad = of_model(amplitude_deg);
         let reading_rad = measurand.derivative().recorded(amplitude_rad, frequency);
         Ok(Self {
-            noise_rad: noise.mean_rad.max(1e-9 * reading_rad),
+            noise_rad: noise
+                .mean_rad
+                .max(1e-9 * reading_rad)
+                .max(of_model(floor::of_steps(as_read, measurand.shown(noise.sample_rad)))),
             colour: noise.colour,
             sample_noise_rad: noise.sample_rad,
             grid,
