@@ -12,7 +12,7 @@ use crate::diagnosis::campaign_fit::{in_common, OWN};
 use crate::diagnosis::likelihood::are_explained;
 use crate::diagnosis::origin::weighted_mean;
 use crate::diagnosis::releases::{self, ReleaseAnswers, Releases};
-use crate::diagnosis::several_fit::{by_prediction, in_common_at_once, Common, Path};
+use crate::diagnosis::several_fit::{by_prediction, in_common_at_once, Common, Path, Predicted};
 use crate::diagnosis::verdict::{name_of, Chosen};
 use crate::effects::Effect;
 use crate::error::Result;
@@ -60,7 +60,7 @@ pub(super) fn of_several(
             (path, alike, HeldOut::Releases)
         }
         None => {
-            let (path, alike, refused) =
+            let Predicted { path, alike, refused } =
                 by_prediction(&releases, &judged, common, options, &structure)?;
             for candidate in &mut candidates {
                 let refusal = refused.iter().find(|r| r.effect == candidate.effect);

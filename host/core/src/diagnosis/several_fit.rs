@@ -89,6 +89,13 @@ fn lines_beside(
     Ok(found)
 }
 
+/// What survives prediction.
+pub(super) struct Predicted {
+    pub(super) path: Vec<Path>,
+    pub(super) alike: Vec<[Effect; 2]>,
+    pub(super) refused: Vec<Refusal>,
+}
+
 /// The models whose effects survive prediction, over the pieces of all releases.
 pub(super) fn by_prediction(
     releases: &Releases,
@@ -96,7 +103,7 @@ pub(super) fn by_prediction(
     common: &Common,
     options: &Options,
     present: &Structure,
-) -> Result<(Vec<Path>, Vec<[Effect; 2]>, Vec<Refusal>)> {
+) -> Result<Predicted> {
     let modal = |i: usize| if common.same_rig { 0 } else { i };
     let each: Vec<(&FreeDecay, usize)> =
         releases.decays.iter().enumerate().map(|(i, decay)| (decay, modal(i))).collect();
@@ -132,5 +139,5 @@ pub(super) fn by_prediction(
     let mut path: Vec<Path> = path.collect();
     let longer = lines_beside(releases, judged, common, path.last().expect("a model"))?;
     path.extend(longer);
-    Ok((path, alike, refused))
+    Ok(Predicted { path, alike, refused })
 }
