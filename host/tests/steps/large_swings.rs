@@ -110,6 +110,29 @@ fn the_command_that_a_diagnosis_prints_fits_the_same_model() {
     assert!((compared / diagnosed - 1.0).abs() < 1e-4, "{compared} {diagnosed}");
 }
 
+/// Nothing was recorded for two cycles: what lies before them and after is one rig's, and both are used.
+#[test]
+fn a_record_with_a_gap_is_judged_from_both_sides_of_it() {
+    let mut record = pendulum(120.0, 0.18, losses);
+    let (from, to) = (2 * record.len() / 5, 2 * record.len() / 5 + 350);
+    record.time_s.drain(from..to);
+    record.yaw_deg.drain(from..to);
+    let diagnosed =
+        diagnose(from_ref(&record), &Grouping::default(), &Options::default()).expect("a swing");
+    let found = diagnosed.diagnosis;
+    println!("{:?} {:?} {}", found.status, found.effects, found.sentence);
+    for effect in [Effect::PendulumGravity, Effect::CoulombFriction, Effect::QuadraticDamping] {
+        assert!(found.effects.contains(&effect), "{effect}");
+    }
+    let files: Vec<&str> = found.releases.iter().map(|r| r.file.as_str()).collect();
+    let said = diagnosed.decays[0].warnings.iter().map(ToString::to_string).collect::<String>();
+    println!("{files:?} {said}");
+    assert!(matches!(&files[..], [a, b] if a.contains("(0.000 s to") && b.ends_with("s)")));
+    assert!(said.contains("the 2 parts between them are judged as releases of one rig"));
+    let wn = found.modal.expect("one rig").natural_frequency_rad_s.value;
+    assert!((wn / WN - 1.0).abs() < 2e-3, "{wn}");
+}
+
 /// Friction that grows with the square of the angle, which the library has not.
 #[test]
 fn an_effect_of_ones_own_is_named_where_the_library_has_none() {

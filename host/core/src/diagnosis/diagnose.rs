@@ -13,6 +13,8 @@ pub use crate::diagnosis::several_fit::Common;
 pub use crate::diagnosis::verdict::{name_of, verdict, SECOND_ORDER};
 use crate::error::Result;
 pub use crate::fit::fitting::Modal;
+use crate::fit::free_decay::FreeDecay;
+use crate::identify::gaps::{self, Warning};
 use crate::record::Record;
 
 /// What releases have to do with each other.
@@ -38,7 +40,22 @@ impl Default for Grouping<'_> {
 pub fn diagnose(releases: &[Record], grouping: &Grouping, options: &Options) -> Result<Diagnosed> {
     match (grouping, releases) {
         (Grouping::Campaign(made), _) => of_campaign(made, releases, options),
-        (Grouping::Rig(_), [only]) => of_one(only, options),
+        (Grouping::Rig(_), [only]) => of_parts(only, options),
         (Grouping::Rig(common), _) => of_several(releases, common, options),
     }
+}
+
+/// One release; where gaps part it that are too long to be filled, what lies between them are releases of the
+/// same rig, as far as they hold a free decay.
+fn of_parts(record: &Record, options: &Options) -> Result<Diagnosed> {
+    let mut parts = gaps::parts(record);
+    parts.retain(|part| FreeDecay::of(part).is_ok());
+    if parts.len() < 2 {
+        return of_one(record, options);
+    }
+    let common = Common { same_rig: true, own: Vec::new() };
+    let mut found = of_several(&parts, &common, options)?;
+    let joined = Warning::Joined { record: record.name(), parts: parts.len() };
+    found.decays[0].warnings.push(joined);
+    Ok(found)
 }

@@ -100,6 +100,29 @@ pub(crate) fn filled(record: &Record) -> Option<Filled> {
     Some(Filled { record: whole, filled, parting })
 }
 
+/// What lies between the gaps of `record` that are too long to be filled, each named by its times; none where it
+/// has no such gap.
+pub(crate) fn parts(record: &Record) -> Vec<Record> {
+    let parting = filled(record).map_or(Vec::new(), |filled| filled.parting);
+    if parting.is_empty() {
+        return Vec::new();
+    }
+    let mut ends: Vec<usize> = parting
+        .iter()
+        .map(|gap| record.time_s.partition_point(|t| *t <= gap.from_s))
+        .chain([record.len()])
+        .collect();
+    let mut from = 0;
+    let part = |to: &mut usize| {
+        let range = std::mem::replace(&mut from, *to)..*to;
+        let (time_s, yaw_deg) = (&record.time_s[range.clone()], &record.yaw_deg[range]);
+        let (first_s, last_s) = (time_s[0], time_s[time_s.len() - 1]);
+        let file = format!("{} ({first_s:.3} s to {last_s:.3} s)", record.name()).into();
+        Record { file, ..record.with(time_s.to_vec(), yaw_deg.to_vec()) }
+    };
+    ends.iter_mut().map(part).collect()
+}
+
 /// `record` without its gaps, for who needs an even grid, and what was done about them.
 pub fn without(record: &Record) -> (Cow<'_, Record>, Vec<Warning>) {
     let Some(filled) = filled(record) else { return (Cow::Borrowed(record), Vec::new()) };
@@ -141,6 +164,13 @@ pub enum Warning {
         /// How many shorter ones there are.
         others: usize,
     },
+    /// So many parts between gaps too long for that are judged as releases of one rig.
+    Joined {
+        /// Name of the record.
+        record: String,
+        /// How many.
+        parts: usize,
+    },
     /// A gap too long for that: the part between these times is used.
     Parted {
         /// Name of the record.
@@ -171,6 +201,10 @@ impl fmt::Display for Warning {
                 };
                 write!(f, "{record}: {longest}{others}; filled by fits to the cycles about them")
             }
+            Self::Joined { record, parts } => write!(
+                f,
+                "{record}: its gaps are too long to be filled; the {parts} parts between them are judged as releases of one rig"
+            ),
             Self::Parted { record, gap, from_s, to_s } => {
                 write!(
                     f,

@@ -36,7 +36,8 @@ impl Outcome {
         let d = &self.diagnosed.diagnosis;
         let [record] = &self.records[..] else { return None };
         let is_told = d.effects.iter().any(|e| e.is_own() || e.is_random());
-        if !d.about_rest
+        if d.only().is_none()
+            || !d.about_rest
             || self.zero_unknown
             || !record.measurand.shows_rest()
             || self.model != SECOND_ORDER
