@@ -131,6 +131,14 @@ fn a_record_with_a_gap_is_judged_from_both_sides_of_it() {
     assert!(said.contains("the 2 parts between them are judged as releases of one rig"));
     let wn = found.modal.expect("one rig").natural_frequency_rad_s.value;
     assert!((wn / WN - 1.0).abs() < 2e-3, "{wn}");
+    // Released again after the gap it is two releases, of which one is judged.
+    let again = pendulum(90.0, 0.18, losses);
+    let mut two = pendulum(120.0, 0.18, losses);
+    let later_s = two.time_s[two.len() - 1] + 5.0;
+    two.time_s.extend(again.time_s.iter().map(|t| t + later_s));
+    two.yaw_deg.extend(again.yaw_deg);
+    let found = diagnose(from_ref(&two), &Grouping::default(), &Options::default());
+    assert_eq!(found.expect("a swing").diagnosis.releases.len(), 1);
 }
 
 /// Friction that grows with the square of the angle, which the library has not.

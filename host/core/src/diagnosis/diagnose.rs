@@ -15,6 +15,7 @@ use crate::error::Result;
 pub use crate::fit::fitting::Modal;
 use crate::fit::free_decay::FreeDecay;
 use crate::identify::gaps::{self, Warning};
+use crate::identify::several;
 use crate::record::Record;
 
 /// What releases have to do with each other.
@@ -49,6 +50,10 @@ pub fn diagnose(releases: &[Record], grouping: &Grouping, options: &Options) -> 
 /// same rig, as far as they hold a free decay.
 fn of_parts(record: &Record, options: &Options) -> Result<Diagnosed> {
     let mut parts = gaps::parts(record);
+    // What is released anew after a gap is another release, which the user chooses.
+    if !parts.is_empty() && several::releases(record).len() > 1 {
+        parts.clear();
+    }
     parts.retain(|part| FreeDecay::of(part).is_ok());
     if parts.len() < 2 {
         return of_one(record, options);
