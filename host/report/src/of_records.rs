@@ -26,7 +26,7 @@ const CANDIDATES: usize = 4;
 /// The report of `files`, read as `reading` says.
 ///
 /// # Errors
-/// Exit 2 without files; those of [`identify()`] and [`diagnose_with_fits`], each naming its file.
+/// Exit 2 without files; those of [`identify()`] and [`diagnose`], each naming its file.
 pub fn of_records(
     files: &[PathBuf],
     reading: &Selection,
