@@ -3,6 +3,9 @@
 /// Why there is no answer. `record` is the record's own name.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Error {
+    /// Nothing was given.
+    #[error("no release was given")]
+    NoRelease,
     /// Nothing in the record swings.
     #[error("{record}: no oscillation found")]
     NoOscillation {

@@ -1,7 +1,7 @@
 //! The releases of a rig, each judged by itself, and what their answers say together.
 
 use crate::diagnosis::answer::{Candidate, Diagnosed, Options};
-use crate::diagnosis::one::judged;
+use crate::diagnosis::one::of_one;
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::free_decay::FreeDecay;
@@ -24,7 +24,7 @@ impl Alone {
         decays: &[FreeDecay],
         options: &Options,
     ) -> Result<Self> {
-        let one = |&i: &usize| judged(&records[i], decays[i].clone(), options);
+        let one = |&i: &usize| of_one(&records[i], decays[i].clone(), options);
         let answers: Vec<Result<Diagnosed>> = which.par_iter().map(one).collect();
         Ok(Self { which, answers: answers.into_iter().collect::<Result<_>>()? })
     }

@@ -3,7 +3,7 @@
 use crate::bic;
 use crate::diagnosis::answer::{step, Candidate, Diagnosed, Diagnosis, HeldOut, Status, Step};
 use crate::diagnosis::buffeting::{self, Buffeted};
-use crate::diagnosis::forced::{self, Forced, BEYOND_DOUBT, MOST_UNSTEADY};
+use crate::diagnosis::forced::{self, Forced, BEYOND_CHANCE};
 use crate::diagnosis::guards::{self, Refusal};
 use crate::diagnosis::late_release;
 use crate::diagnosis::likelihood::{NEAR_NOISE, USED_UP_TO};
@@ -97,8 +97,12 @@ pub(super) fn random_forcing(
         return None;
     }
     let numbers = start.plain.parameters.len();
-    let forced = forced::search(decay, &start.plain, &alone, &start.candidates)
-        .filter(|f| forced::holds(&f.forcing, f.model.parameters.len(), deterministic, n));
+    let holds = |f: &Forced| {
+        // Without the forcing its effects may do as well.
+        let definite = deterministic.min(buffeting::definite_criterion(decay, &f.model).0);
+        forced::holds(&f.forcing, f.model.parameters.len(), definite, n)
+    };
+    let forced = forced::search(decay, &start.plain, &alone, &start.candidates).filter(holds);
     if forced.is_none() && !forced::holds(&alone, numbers, deterministic, n) {
         return None;
     }
@@ -113,11 +117,11 @@ fn is_beyond_doubt(forced: &Forced, decay: &FreeDecay) -> bool {
     let model = &forced.model;
     let [effect] = &model.structure.effects[..] else { return false };
     if matches!(effect.acts_on(), Acts::Time | Acts::Line)
-        || forced.forcing.unsteadiness > MOST_UNSTEADY
+        || forced.forcing.unsteadiness > forced::most_unsteady()
     {
         return false;
     }
-    let stands_out = model.coefficient(effect).is_some_and(|q| !q.holds(0.0, BEYOND_DOUBT));
+    let stands_out = model.coefficient(effect).is_some_and(|q| !q.holds(0.0, BEYOND_CHANCE));
     stands_out && guards::refusal(model, decay).is_none()
 }
 
@@ -129,16 +133,11 @@ fn buffeted_verdict(
     forced: Option<&Forced>,
 ) -> Diagnosis {
     let plain = &start.plain;
-    // What is random cannot be predicted; the filter's innovations are one step ahead throughout.
     let random_step = |added: Effect, b: &Buffeted| {
         let intensity = Quantity::new(b.intensity, b.intensity * b.deviations[0]);
-        Step {
-            added: Some(added),
-            residual_rms_deg: decay.raw_rms_deg(b.over_noise * decay.noise_rad),
-            residual_over_noise: b.over_noise,
-            held_out_over_noise: b.over_noise,
-            parameters: BTreeMap::from([(Effect::random().first_name(), intensity)]),
-        }
+        let parameters = BTreeMap::from([(Effect::random().first_name(), intensity)]);
+        let rms_deg = decay.raw_rms_deg(b.over_noise * decay.noise_rad);
+        Step::of_innovations(added, rms_deg, b.over_noise, parameters)
     };
     let mut steps = vec![step(decay, plain, 0), random_step(Effect::random(), b)];
     let mut effects = vec![Effect::random()];

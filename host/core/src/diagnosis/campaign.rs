@@ -136,17 +136,8 @@ impl Campaign<'_> {
         let explained = out.releases.iter().all(|r| r.explained);
         let status = if explained { Status::Explained } else { Status::Unexplained };
         out.is_filtered(status, SECOND_ORDER);
-        let over = out.residual_over_noise();
-        let squares: f64 = out.releases.iter().map(|r| r.residual_rms_deg.powi(2)).sum();
         out.steps.truncate(1);
-        out.steps.push(Step {
-            added: Some(effect.clone()),
-            residual_rms_deg: (squares / out.releases.len() as f64).sqrt(),
-            residual_over_noise: over,
-            // The filter's innovations are one step ahead throughout.
-            held_out_over_noise: over,
-            parameters: BTreeMap::from([(effect.first_name(), level)]),
-        });
+        out.is_forced(BTreeMap::from([(effect.first_name(), level)]));
         out.add(&SharedEffect { effect, origin, reason, plan, seen });
     }
 

@@ -11,7 +11,7 @@ pub use crate::diagnosis::over_pieces::fit_over_pieces;
 use crate::diagnosis::several::of_several;
 pub use crate::diagnosis::several_fit::Common;
 pub use crate::diagnosis::verdict::{name_of, verdict, SECOND_ORDER};
-use crate::error::Result;
+use crate::error::{Error, Result};
 pub use crate::fit::fitting::Modal;
 use crate::fit::free_decay::FreeDecay;
 use crate::identify::gaps::{self, Warning};
@@ -37,9 +37,10 @@ impl Default for Grouping<'_> {
 /// Judges `releases`, one or several.
 ///
 /// # Errors
-/// Naming the record without a free decay; a present model that cannot be fitted; interrupted.
+/// No release at all; naming the record without a free decay; a present model that cannot be fitted; interrupted.
 pub fn diagnose(releases: &[Record], grouping: &Grouping, options: &Options) -> Result<Diagnosed> {
     match (grouping, releases) {
+        (_, []) => Err(Error::NoRelease),
         (Grouping::Campaign(made), _) => of_campaign(made, releases, options),
         (Grouping::Rig(_), [only]) => of_parts(only, options),
         (Grouping::Rig(common), _) => of_several(releases, common, options),
@@ -49,14 +50,17 @@ pub fn diagnose(releases: &[Record], grouping: &Grouping, options: &Options) -> 
 /// One release; where gaps part it that are too long to be filled, what lies between them are releases of the
 /// same rig, as far as they hold a free decay.
 fn of_parts(record: &Record, options: &Options) -> Result<Diagnosed> {
-    let mut parts = gaps::parts(record);
+    let (wind_speed_m_s, stop) = (options.wind_speed_m_s, options.stop.clone());
+    let decay = FreeDecay { wind_speed_m_s, stop, ..FreeDecay::of(record)? };
+    let is_parted = decay.warnings.iter().any(|w| matches!(w, Warning::Parted { .. }));
     // What is released anew after a gap is another release, which the user chooses.
-    if !parts.is_empty() && several::releases(record).len() > 1 {
-        parts.clear();
+    if !is_parted || several::releases(record).len() > 1 {
+        return of_one(record, decay, options);
     }
+    let mut parts = gaps::parts(record);
     parts.retain(|part| FreeDecay::of(part).is_ok());
     if parts.len() < 2 {
-        return of_one(record, options);
+        return of_one(record, decay, options);
     }
     let common = Common { same_rig: true, own: Vec::new() };
     let mut found = of_several(&parts, &common, options)?;

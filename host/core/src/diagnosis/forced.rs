@@ -16,17 +16,20 @@ use rayon::prelude::*;
 
 /// Effects beside random forcing, at most, for speed: each is fitted through the filter.
 const MOST_BESIDE: usize = 2;
-/// Gain of deviance by intensity, frequency and damping of each quarter's own: 12 +- 5 by chance.
-pub(super) const MOST_UNSTEADY: f64 = 45.0;
-/// Standard deviations of an innovation, or of an effect beside random forcing from zero, that chance brings
-/// once in thousands of records.
-pub(super) const BEYOND_DOUBT: f64 = 6.0;
-/// The same of a line in their spectrum, beyond ln(n/2).
-const STRONGEST_LINE: f64 = 9.0;
-/// Dependence of the innovations on the state, in standard deviations, that chance explains.
-const MOST_DEPENDENT: f64 = 4.0;
-/// Lag-one correlation of the innovations up to which they are white.
-const MOST_CORRELATED: f64 = 0.1;
+/// Standard deviations that chance does not bring: once in 16 000 records. All that is asked of innovations is asked at
+/// this level.
+pub(super) const BEYOND_CHANCE: f64 = 4.0;
+/// The same of an exponential variate: -ln of that probability.
+const IN_LOGARITHM: f64 = 9.67;
+/// Numbers that quarters of a record have of their own: their gain of deviance is chi squared of so many.
+const OF_QUARTERS: f64 = 12.0;
+
+/// Gain of deviance by numbers of each quarter's own that chance does not bring: chi squared, by the cube root that
+/// Wilson and Hilferty take for normal.
+pub(super) fn most_unsteady() -> f64 {
+    let variance = 2.0 / (9.0 * OF_QUARTERS);
+    OF_QUARTERS * (1.0 - variance + BEYOND_CHANCE * variance.sqrt()).powi(3)
+}
 
 /// The random forcing of the `plain` model, if it is one and far likelier than `best`.
 pub(crate) fn forced_rather_than(
@@ -50,11 +53,11 @@ pub(crate) fn is_random(decay: &FreeDecay, model: &Fitted) -> bool {
 pub(super) fn holds(b: &Buffeted, numbers: usize, deterministic: f64, n: f64) -> bool {
     let random = bic::of_deviance(b.deviance, n, numbers + 1);
     deterministic - random > bic::MARGIN
-        && b.unsteadiness < MOST_UNSTEADY
-        && b.correlation_off.abs() < MOST_CORRELATED.max(4.0 / n.sqrt())
-        && b.state_dependence < MOST_DEPENDENT
-        && b.largest < BEYOND_DOUBT
-        && b.line < (0.5 * n).ln() + STRONGEST_LINE
+        && b.unsteadiness < most_unsteady()
+        && b.correlation_off.abs() < BEYOND_CHANCE / n.sqrt()
+        && b.state_dependence < BEYOND_CHANCE
+        && b.largest < (BEYOND_CHANCE.powi(2) + 2.0 * n.ln()).sqrt()
+        && b.line < (0.5 * n).ln() + IN_LOGARITHM
         && b.over_noise <= explained_up_to(n)
 }
 

@@ -24,13 +24,7 @@ use std::slice::from_ref;
 /// nothing about that floor.
 const WITHIN_REACH: f64 = 8.0;
 
-pub(super) fn of_one(record: &Record, options: &Options) -> Result<Diagnosed> {
-    let (wind_speed_m_s, stop) = (options.wind_speed_m_s, options.stop.clone());
-    let decay = FreeDecay { wind_speed_m_s, stop, ..FreeDecay::of(record)? };
-    judged(record, decay, options)
-}
-
-pub(super) fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Result<Diagnosed> {
+pub(super) fn of_one(record: &Record, decay: FreeDecay, options: &Options) -> Result<Diagnosed> {
     let options = &options.of(&decay);
     let present = &options.present;
     // Pieces of a free decay do not show what follows time, and a flexible effect is not looked for beside

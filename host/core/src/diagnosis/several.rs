@@ -145,16 +145,7 @@ fn add_random(found: &mut Diagnosis, judged: &ReleaseAnswers, random: &Effect, m
             ReleaseVerdict { at_amplitude: Vec::new(), covariance: None, ..own.clone() };
     }
     found.is_filtered(if all { Status::Explained } else { Status::Unexplained }, model);
-    let raw: f64 = found.releases.iter().map(|r| r.residual_rms_deg.powi(2)).sum();
-    let over = found.residual_over_noise();
-    found.steps.push(Step {
-        added: Some(random.clone()),
-        residual_rms_deg: (raw / found.releases.len() as f64).sqrt(),
-        residual_over_noise: over,
-        // Innovations are one step ahead throughout.
-        held_out_over_noise: over,
-        parameters: BTreeMap::new(),
-    });
+    found.is_forced(BTreeMap::new());
     let mean =
         |of: fn(&Modal) -> Quantity| weighted_mean(found.releases.iter().map(|r| of(&r.modal)));
     let both = mean(|m| m.natural_frequency_rad_s).zip(mean(|m| m.damping_ratio));

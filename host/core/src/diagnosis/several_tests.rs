@@ -1,6 +1,7 @@
 use super::*;
 use crate::diagnosis::diagnose::{diagnose, Grouping};
 use crate::effects::Terms;
+use crate::error::Error;
 use crate::motion::simulate::{Grid, Motion};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -140,4 +141,10 @@ fn two_releases_of_two_modes_are_answered_as_each_alone() {
     assert_eq!((found.effects, found.status), (vec![Effect::SecondMode], Status::MostlyExplained));
     let w2 = found.steps.last().unwrap().parameters["second_mode.w2"];
     assert!((w2.value / 14.3 - 1.0).abs() < 1e-3, "{w2}");
+}
+
+#[test]
+fn no_release_at_all_is_an_error() {
+    let found = diagnose(&[], &Grouping::default(), &Options::default());
+    assert!(matches!(found, Err(Error::NoRelease)));
 }

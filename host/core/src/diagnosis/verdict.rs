@@ -135,6 +135,32 @@ impl Diagnosis {
         self.left.is_of_innovations(rms_deg, status == Status::Explained);
         self.sentence = sentence(&self.effects, &self.left, model);
     }
+
+    /// Given a last step of a random moment, of another course in each of the releases, which are filtered.
+    pub(super) fn is_forced(&mut self, parameters: BTreeMap<String, Quantity>) {
+        let squares: f64 = self.releases.iter().map(|r| r.residual_rms_deg.powi(2)).sum();
+        let rms_deg = (squares / self.releases.len() as f64).sqrt();
+        let over_noise = self.residual_over_noise();
+        self.steps.push(Step::of_innovations(Effect::random(), rms_deg, over_noise, parameters));
+    }
+}
+
+impl Step {
+    /// What is random cannot be predicted; a filter's innovations are one step ahead throughout.
+    pub(super) fn of_innovations(
+        added: Effect,
+        residual_rms_deg: f64,
+        over_noise: f64,
+        parameters: BTreeMap<String, Quantity>,
+    ) -> Self {
+        Self {
+            added: Some(added),
+            residual_rms_deg,
+            residual_over_noise: over_noise,
+            held_out_over_noise: over_noise,
+            parameters,
+        }
+    }
 }
 
 impl ReleaseVerdict {

@@ -21,7 +21,7 @@ impl Law for CoulombFriction {
 
     fn write(&self, p: &[f64], terms: &mut Terms) {
         let [c] = numbers(p);
-        terms.dry_friction_rad_s2 += c;
+        terms.rub(c);
     }
 
     fn sticks(&self) -> bool {

@@ -21,7 +21,7 @@ impl Law for FreePlay {
 
     fn write(&self, p: &[f64], terms: &mut Terms) {
         let [g] = numbers(p);
-        terms.dead_zone_rad += g;
+        terms.loosen(g);
     }
 
     /// The dead zone's edge is no strength.

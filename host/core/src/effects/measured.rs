@@ -309,7 +309,7 @@ impl Law for Arc<MeasuredLaw> {
 
     fn write(&self, p: &[f64], terms: &mut Terms) {
         if self.friction {
-            terms.dry_friction_rad_s2 += p[self.parameters.len() - 1];
+            terms.rub(p[self.parameters.len() - 1]);
         }
         terms.add_curves(self.curves(p));
     }

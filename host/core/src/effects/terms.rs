@@ -154,6 +154,16 @@ impl Terms {
         self.own.push(own);
     }
 
+    /// Dry friction, which has corners where it is zero, too: what is derived by it is followed alike.
+    pub(super) fn rub(&mut self, dry_friction_rad_s2: f64) {
+        self.dry_friction_rad_s2 += dry_friction_rad_s2.max(f64::MIN_POSITIVE);
+    }
+
+    /// A dead zone, of which the same holds.
+    pub(super) fn loosen(&mut self, dead_zone_rad: f64) {
+        self.dead_zone_rad += dead_zone_rad.max(f64::MIN_POSITIVE);
+    }
+
     /// A periodic moment of this cosine and sine part.
     pub(crate) fn force(&mut self, parts_rad_s2: [f64; 2], frequency_rad_s: f64) {
         (self.force_rad_s2, self.force_frequency_rad_s) = (parts_rad_s2, frequency_rad_s);

@@ -179,7 +179,7 @@ fn cycle(motion: &Motion, amplitude_rad: f64, start_s: f64) -> Option<[f64; 2]> 
     let grid = Grid { start_s, step_s, count, mean_width_s: 0.0 };
     let (yaw, rate) = begun.readings_and_rates(&grid);
     // Through zero rate on the far side, then on this one.
-    let far = (1..count - 1).find(|&k| rate[k] > 0.0)?;
+    let far = (1..count - 1).find(|&k| rate[k] > 0.0).filter(|&k| yaw[k] < rest)?;
     let near = (far..count - 1).find(|&k| rate[k] > 0.0 && rate[k + 1] <= 0.0)?;
     let share = rate[near] / (rate[near] - rate[near + 1]);
     let period_s = (near as f64 + share) * step_s;

@@ -122,9 +122,18 @@ impl<'a> Four<'a> {
                     true => from_fn(|l| drives[l].step()),
                     false => [0.0; LANES],
                 };
-                self.half_step(&mut b, &mut r, middle_s, &drive);
+                let (before, rate) = (b, r);
+                self.half_step(&mut b, &mut r);
                 self.kick(&b, &mut r, middle_s, &drive);
-                self.half_step(&mut b, &mut r, middle_s, &drive);
+                self.half_step(&mut b, &mut r);
+                let turned = self.turned(&r);
+                if turned != [false; LANES] {
+                    for l in (0..LANES).filter(|l| turned[*l]) {
+                        let walker = &mut self.walkers[l];
+                        (b[l], r[l]) = walker.with_corners(before[l], rate[l], middle_s, drive[l]);
+                        self.take_direction(l);
+                    }
+                }
             }
         }
         // What has run away is no number, as where one motion is followed.
@@ -138,25 +147,17 @@ impl<'a> Four<'a> {
     }
 
     #[inline]
-    fn half_step(&mut self, b: &mut Lanes, r: &mut Lanes, time_s: f64, drive: &Lanes) {
-        let (before, rate) = (*b, *r);
+    fn half_step(&self, b: &mut Lanes, r: &mut Lanes) {
         let [p, q, u, v] = &self.flow;
         for l in 0..LANES {
-            let x = before[l] - self.middle[l];
-            b[l] = self.middle[l] + p[l] * x + q[l] * rate[l];
-            r[l] = u[l] * x + v[l] * rate[l];
-        }
-        let turned = self.turned(r);
-        if turned != [false; LANES] {
-            for l in (0..LANES).filter(|l| turned[*l]) {
-                (b[l], r[l]) = self.walkers[l].half_step(before[l], rate[l], time_s, drive[l]);
-                self.take_direction(l);
-            }
+            let (x, rate) = (b[l] - self.middle[l], r[l]);
+            b[l] = self.middle[l] + p[l] * x + q[l] * rate;
+            r[l] = u[l] * x + v[l] * rate;
         }
     }
 
     #[inline]
-    fn kick(&mut self, b: &Lanes, r: &mut Lanes, time_s: f64, drive: &Lanes) {
+    fn kick(&self, b: &Lanes, r: &mut Lanes, time_s: f64, drive: &Lanes) {
         let h = self.step_s;
         let spring = from_fn(|l| -self.stiffness[l] * b[l]);
         let mut states =
@@ -170,18 +171,6 @@ impl<'a> Four<'a> {
         self.moments.add(&states, &mut second);
         for l in 0..LANES {
             r[l] += h * (second[l] + drive[l]);
-        }
-        let turned = self.turned(r);
-        if turned != [false; LANES] {
-            for l in (0..LANES).filter(|l| turned[*l]) {
-                match self.direction[l] == 0.0 {
-                    true => r[l] = 0.0,
-                    false => {
-                        self.walkers[l].direction = r[l].signum();
-                        self.take_direction(l);
-                    }
-                }
-            }
         }
     }
 }

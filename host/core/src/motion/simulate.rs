@@ -18,7 +18,7 @@ use crate::record::Derivative;
 
 /// Steps a cycle at least.
 const STEPS_PER_CYCLE: f64 = 48.0;
-/// Corners within one half step: more than these are chatter.
+/// Corners within one step: more than these are chatter.
 const MOST_CORNERS: usize = 16;
 
 impl Motion {
@@ -171,7 +171,6 @@ pub(super) struct Walker<'a> {
     pub(super) flow: Flow,
     pub(super) stiffness: f64,
     decay: f64,
-    corners: bool,
     /// There is something that changes where the rate changes sign.
     pub(super) turns: bool,
     memories: Memories,
@@ -189,9 +188,17 @@ impl Walk for Walker<'_> {
     fn advance(&mut self, b: f64, r: f64, t: f64) -> (f64, f64) {
         let middle = t + self.half;
         let drive = self.drive.step();
-        let (b, r) = self.half_step(b, r, middle, drive);
-        let r = self.kick(b, r, 2.0 * self.half, middle, drive);
-        self.half_step(b, r, middle, drive)
+        if !(self.turns && self.direction == 0.0) {
+            let moment = self.motion.terms.constant_moment_rad_s2 - self.friction * self.direction;
+            let (half_b, half_r) = self.travel(b, r, moment, self.half);
+            let kicked = self.kick(half_b, half_r, middle, drive);
+            let (next_b, next_r) = self.travel(half_b, kicked, moment, self.half);
+            let turned = self.turns && next_r * self.direction < 0.0;
+            if !turned && self.edge(half_b).is_none() && self.edge(next_b).is_none() {
+                return (next_b, next_r);
+            }
+        }
+        self.with_corners(b, r, middle, drive)
     }
 
     fn acceleration(&self, b: f64, r: f64, t: f64) -> f64 {
@@ -218,7 +225,6 @@ impl<'a> Walker<'a> {
             flow: motion.flow(half),
             stiffness: motion.natural_frequency_rad_s.powi(2),
             decay: motion.damping_ratio * motion.natural_frequency_rad_s,
-            corners: friction > 0.0 || motion.terms.turns() || play > 0.0,
             turns: friction > 0.0 || motion.terms.turns(),
             memories: motion.memories(start_s),
             direction: if motion.rate_rad_s == 0.0 { 0.0 } else { motion.rate_rad_s.signum() },
@@ -250,38 +256,44 @@ impl<'a> Walker<'a> {
         smooth + self.memories.moment(b)
     }
 
-    fn kick(&mut self, b: f64, r: f64, h: f64, t: f64, drive: f64) -> f64 {
-        if self.turns && self.direction == 0.0 {
-            return 0.0;
-        }
-        let middle = r + 0.5 * h * self.smooth(b, r, t, drive);
-        let r = r + h * self.smooth(b, middle, t, drive);
-        if self.turns && r != 0.0 && r.signum() != self.direction {
-            self.direction = r.signum();
-            self.memories.turn(b);
-        }
-        r
+    fn kick(&self, b: f64, r: f64, t: f64, drive: f64) -> f64 {
+        let middle = r + self.half * self.smooth(b, r, t, drive);
+        r + 2.0 * self.half * self.smooth(b, middle, t, drive)
     }
 
-    pub(super) fn half_step(&mut self, b: f64, r: f64, t: f64, drive: f64) -> (f64, f64) {
-        let constant = self.motion.terms.constant_moment_rad_s2;
-        if !self.corners {
-            let middle = constant / self.stiffness;
-            let Flow([p, q, u, v]) = self.flow;
-            let x = b - middle;
-            return (middle + p * x + q * r, u * x + v * r);
-        }
-        self.with_corners(b, r, t, drive)
-    }
-
-    fn with_corners(&mut self, mut b: f64, mut r: f64, t: f64, drive: f64) -> (f64, f64) {
-        let c = self.friction;
+    /// The edge of the dead zone that lies between this side and `b`.
+    fn edge(&self, b: f64) -> Option<f64> {
         let g = self.motion.terms.dead_zone_rad;
+        if g == 0.0 {
+            return None;
+        }
+        match self.side == 0.0 {
+            true => (b.abs() > g).then(|| g.copysign(b)),
+            false => (b * self.side < g).then_some(g * self.side),
+        }
+    }
+
+    /// A step with corners in it, `t` half-way. What is smooth counts as it is there: whether the model is
+    /// held, and where it turns, is a matter of all moments together, which a kick would miss.
+    pub(super) fn with_corners(
+        &mut self,
+        mut b: f64,
+        mut r: f64,
+        t: f64,
+        drive: f64,
+    ) -> (f64, f64) {
+        let c = self.friction;
         let constant = self.motion.terms.constant_moment_rad_s2;
-        let mut left = self.half;
+        let now = constant + self.smooth(b, r, t, drive) - c * self.direction;
+        let (half_b, half_r) = match self.turns && self.direction == 0.0 {
+            true => (b, r),
+            false => self.travel(b, r, now, self.half),
+        };
+        let constant = constant + self.smooth(half_b, half_r, t, drive);
+        let mut left = 2.0 * self.half;
         for _ in 0..MOST_CORNERS {
             if self.turns && self.direction == 0.0 {
-                let moment = self.spring_moment(b) + constant + self.smooth(b, 0.0, t, drive);
+                let moment = self.spring_moment(b) + constant;
                 if moment.abs() <= c {
                     return (b, 0.0);
                 }
@@ -290,13 +302,7 @@ impl<'a> Walker<'a> {
             let moment = constant - c * self.direction;
             let (b1, r1) = self.travel(b, r, moment, left);
             let turned = self.turns && r1 * self.direction < 0.0;
-            let edge = if g == 0.0 {
-                None
-            } else if self.side == 0.0 {
-                (b1.abs() > g).then(|| g.copysign(b1))
-            } else {
-                (b1 * self.side < g).then_some(g * self.side)
-            };
+            let edge = self.edge(b1);
             if !turned && edge.is_none() {
                 return (b1, r1);
             }

@@ -250,3 +250,34 @@ fn means_over_a_width_are_those_of_the_samples_in_it() {
         assert!((mean - truth).abs() < 2e-5, "{k}: {mean} {truth}");
     }
 }
+
+/// Where a periodic moment is far above dry friction and the spring's moment below both, no turn is a stop: whether
+/// the model is held is a matter of all moments together. At fifty times as many steps it moves the same, and it
+/// follows small changes of its numbers.
+#[test]
+fn what_drives_it_beyond_dry_friction_lets_it_not_stick() {
+    let (count, fine) = (1500, 50);
+    let of = |c: f64, frequency_rad_s: f64, steps: usize| {
+        let effects = [
+            (Effect::CoulombFriction, &[c][..]),
+            (Effect::HarmonicForcing, &[19.0, frequency_rad_s, 1.2]),
+        ];
+        let motion =
+            Motion { natural_frequency_rad_s: 20.0, ..released(0.017, Terms::of(effects)) };
+        let mut out = vec![0.0; count * steps];
+        motion.readings(&grid(0.006 / steps as f64, count * steps), &mut out);
+        out.into_iter().step_by(steps).collect::<Vec<f64>>()
+    };
+    let apart = |a: &[f64], b: &[f64]| {
+        a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / AMPLITUDE
+    };
+    let mut most = [0.0f64; 2];
+    for k in 0..40 {
+        let frequency_rad_s = 55.0 + 0.01 * f64::from(k);
+        let moved = of(0.5, frequency_rad_s, 1);
+        most[0] = most[0].max(apart(&moved, &of(0.5, frequency_rad_s, fine)));
+        most[1] = most[1].max(apart(&moved, &of(0.5, frequency_rad_s + 1e-6, 1)));
+    }
+    println!("of the amplitude {most:?}");
+    assert!(most[0] < 5e-3 && most[1] < 1e-4, "{most:?}");
+}
