@@ -11,8 +11,9 @@ use crate::diagnosis::likelihood::is_explained;
 use crate::fit::fitting::{Fitted, Modal};
 use crate::fit::free_decay::FreeDecay;
 use crate::motion::oscillator::Grid;
-use crate::motion::random::{predicted, transition, updated};
+use crate::motion::random::Step;
 use crate::quantity::Quantity;
+use crate::statistics::of_chi_squared;
 
 /// A free decay under random forcing.
 #[derive(Clone, Debug)]
@@ -31,7 +32,7 @@ pub(crate) struct Buffeted {
     pub(crate) over_noise: f64,
     /// Lag-one correlation of the innovations outside the range from zero to that of the noise.
     pub(crate) correlation_off: f64,
-    /// What intensity, frequency and damping of each quarter's own would gain in deviance: 12 by chance.
+    /// What intensity, frequency and damping of each quarter's own would gain in deviance, in standard deviations.
     pub(crate) unsteadiness: f64,
     /// Largest innovation, in standard deviations.
     pub(crate) largest: f64,
@@ -70,14 +71,14 @@ struct Run {
 }
 
 /// Filters `yaw` with the model, its noise of variance `known` or that which is likeliest; `ratio` is q over
-/// the noise's variance. Discrete noise for a step short against the period.
+/// the noise's variance.
 fn filter(
     grid: &Grid,
     yaw: &[f64],
     [wn, zeta, ratio]: [f64; 3],
     known: Option<f64>,
 ) -> Option<Run> {
-    let (f, q) = transition(grid.step_s, wn, zeta, ratio)?;
+    let step = Step::new(grid.step_s, wn, zeta, ratio, grid.mean_width_s > 0.0)?;
     // Unknown at first: the first means fix it, and are left out of the likelihood.
     let (mut x, mut p) = ([yaw[0], 0.0], [1e6, 0.0, 1e6 * wn * wn]);
     let (mut sum, mut logs, mut n) = (0.0, 0.0, 0.0);
@@ -86,8 +87,9 @@ fn filter(
     let mut innovations = Vec::with_capacity(yaw.len());
     let mut states = Vec::with_capacity(yaw.len());
     for (k, &y) in yaw.iter().enumerate() {
-        let variance = p[0] + 1.0;
-        let innovation = y - x[0];
+        let (variance, gain, next) = step.filtered(p);
+        let expected = step.expected(x);
+        let innovation = y - expected;
         if k >= 4 {
             sum += innovation * innovation / variance;
             product *= variance;
@@ -97,12 +99,10 @@ fn filter(
             }
             n += 1.0;
             innovations.push(innovation / variance.sqrt());
-            states.push(x);
+            states.push([expected, x[1]]);
         }
-        let gain = [p[0] / variance, p[1] / variance];
-        x = [x[0] + gain[0] * innovation, x[1] + gain[1] * innovation];
-        x = [f[0][0] * x[0] + f[0][1] * x[1], f[1][0] * x[0] + f[1][1] * x[1]];
-        p = predicted(&f, updated(p, gain), q);
+        x = step.next(x, gain, innovation);
+        p = next;
     }
     logs += product.ln();
     let noise_variance = sum / n;
@@ -114,8 +114,7 @@ fn filter(
 /// Cells of yaw angle on which innovations are averaged, for either direction of motion.
 const CELLS: usize = 15;
 
-/// How far the innovations' means over yaw angle and direction are from zero, in standard deviations of their
-/// sum of squares: a random moment does not know the state, a missing law does.
+/// How far the innovations' means over yaw angle and direction are from zero, in standard deviations: a random moment does not know the state, a missing law does.
 fn state_dependence(run: &Run) -> f64 {
     let largest = run.states.iter().fold(f64::MIN_POSITIVE, |m, x| m.max(x[0].abs()));
     let power = run.innovations.iter().map(|v| v * v).sum::<f64>();
@@ -128,8 +127,7 @@ fn state_dependence(run: &Run) -> f64 {
     }
     let filled: Vec<f64> =
         cells.iter().filter(|c| c.0 >= 3.0).map(|c| c.1 * c.1 / c.0 / variance).collect();
-    let n = filled.len().max(1) as f64;
-    (filled.iter().sum::<f64>() - n) / (2.0 * n).sqrt()
+    of_chi_squared(filled.iter().sum(), filled.len().max(1) as f64)
 }
 
 /// Neighbouring means of the swing that the filter averages: it needs a dozen a cycle, and the longer a mean
@@ -200,8 +198,9 @@ fn fit_series(
     }
     let means_per_block = means_per_block(decay);
     let yaw = &reduced(yaw, means_per_block)[..];
-    let grid =
-        Grid { step_s: decay.grid.step_s * means_per_block as f64, count: yaw.len(), ..decay.grid };
+    let step_s = decay.grid.step_s * means_per_block as f64;
+    let mean_width_s = if means_per_block > 1 { step_s } else { decay.grid.mean_width_s };
+    let grid = Grid { step_s, count: yaw.len(), mean_width_s, ..decay.grid };
     let (noise, expected) = decay.noise_of(means_per_block);
     let noise = noise.powi(2);
     let wn = model.parameters[0];
@@ -227,7 +226,7 @@ fn fit_series(
             states.chunks_exact(means_per_block).map(|c| c[means_per_block / 2]).collect();
         run.states = states[states.len() - run.innovations.len()..].to_vec();
     }
-    let unsteadiness = yaw
+    let unsteadiness: f64 = yaw
         .chunks(yaw.len().div_ceil(QUARTERS))
         .map(|part| {
             let value = |q: &[f64; 3]| at(q, part).map_or(f64::INFINITY, |run| run.deviance);
@@ -257,7 +256,7 @@ fn fit_series(
         deviance: run.deviance,
         over_noise: (run.noise_variance / noise).sqrt(),
         correlation_off: lag / power - (lag / power).clamp(0.0, expected.max(0.0)),
-        unsteadiness,
+        unsteadiness: of_chi_squared(unsteadiness, (QUARTERS * FREE.len()) as f64),
         largest,
         line: strongest_line(&run.innovations),
         state_dependence: state_dependence(&run),
@@ -321,13 +320,14 @@ mod tests {
         let grid = Grid { start_s: 0.0, step_s: h, count: yaw.len(), mean_width_s: 0.0 };
         let run = filter(&grid, &yaw, [wn, zeta, ratio], None).unwrap();
 
-        let (f, q) = transition(h, wn, zeta, ratio).unwrap();
+        let Step { transition: f, added: q, .. } = Step::new(h, wn, zeta, ratio, false).unwrap();
         let f = Matrix2::new(f[0][0], f[0][1], f[1][0], f[1][1]);
         let q = Matrix2::new(q[0], q[1], q[1], q[2]);
         // Covariance of the states, step by step; of two readings, through the powers of F between them.
-        let mut states = vec![Matrix2::new(1e6, 0.0, 0.0, 1e6 * wn * wn)];
-        for k in 1..yaw.len() {
-            states.push(f * states[k - 1] * f.transpose() + q);
+        let mut states: Vec<Matrix2<f64>> = Vec::new();
+        let first = Matrix2::new(1e6, 0.0, 0.0, 1e6 * wn * wn);
+        for _ in 0..yaw.len() {
+            states.push(f * states.last().unwrap_or(&first) * f.transpose() + q);
         }
         let power = |n: usize| (0..n).fold(Matrix2::identity(), |p: Matrix2<f64>, _| f * p);
         let covariance = |n: usize| {
@@ -337,7 +337,7 @@ mod tests {
             })
         };
         let parts = |n: usize| {
-            let expected = |k: usize| (power(k) * nalgebra::Vector2::new(yaw[0], 0.0))[0];
+            let expected = |k: usize| (power(k + 1) * nalgebra::Vector2::new(yaw[0], 0.0))[0];
             let e = DVector::from_fn(n, |k, _| yaw[k] - expected(k));
             let c = nalgebra::Cholesky::new(covariance(n)).unwrap();
             let logs = 2.0 * c.l().diagonal().iter().map(|d| d.ln()).sum::<f64>();
@@ -355,11 +355,11 @@ mod tests {
     #[test]
     fn whitened_residuals_are_the_filters_innovations() {
         let (wn, zeta, ratio) = (5.0, 0.03, 4e3);
-        let grid = Grid { start_s: 0.0, step_s: 0.05, count: 400, mean_width_s: 0.0 };
+        let grid = Grid { start_s: 0.0, step_s: 0.05, count: 400, mean_width_s: 0.05 };
         let yaw: Vec<f64> = (0..400).map(|k| f64::from(k * k * 7 % 13) - 6.0).collect();
         let run = filter(&grid, &yaw, [wn, zeta, ratio], None).unwrap();
         let mut whitened = yaw.clone();
-        Whitener::new(grid.step_s, wn, zeta, ratio, 400).unwrap().whiten(&mut whitened);
+        Whitener::new(&grid, wn, zeta, ratio).unwrap().whiten(&mut whitened);
         for (a, b) in run.innovations.iter().rev().zip(whitened.iter().rev()).take(100) {
             assert!((a - b).abs() < 1e-6);
         }

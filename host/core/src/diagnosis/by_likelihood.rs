@@ -117,7 +117,7 @@ fn is_beyond_doubt(forced: &Forced, decay: &FreeDecay) -> bool {
     let model = &forced.model;
     let [effect] = &model.structure.effects[..] else { return false };
     if matches!(effect.acts_on(), Acts::Time | Acts::Line)
-        || forced.forcing.unsteadiness > forced::most_unsteady()
+        || forced.forcing.unsteadiness > BEYOND_CHANCE
     {
         return false;
     }

@@ -4,10 +4,9 @@
 use crate::bic::MARGIN;
 use crate::diagnosis::likelihood::{beyond, evidence, is_explained, may_rival};
 use crate::diagnosis::prediction::LEAST_GAIN;
-use crate::diagnosis::search::criterion;
 use crate::effects::Effect;
 use crate::fit::about_rest::added;
-use crate::fit::fitting::{refitted, Fitted};
+use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::linear_gain::Screen;
 use crate::quantity::Quantity;
@@ -68,21 +67,5 @@ pub(super) fn instead(
         .map(|larger| (gain(&larger), larger))
         .filter(|(gain, _)| *gain > MARGIN)
         .max_by(|a, b| a.0.total_cmp(&b.0));
-    best.map(|(_, bent)| in_place(decay, plain, &bent).unwrap_or(bent))
-}
-
-/// A simple effect in place of the one that bends in `bent`, begun where that is, if it does as well.
-fn in_place(decay: &FreeDecay, plain: &Fitted, bent: &Fitted) -> Option<Fitted> {
-    let flexible = beyond(plain, bent).into_iter().find(|e| e.is_flexible())?;
-    let structure = bent.structure.without(&flexible);
-    let start = bent.numbers_for(&structure)?;
-    let is_one = |e: &Effect| e.is_strength_of_state() && !structure.effects.contains(e);
-    let simple: Vec<Effect> = Effect::deterministic().filter(is_one).collect();
-    let begun = |effect: &Effect| {
-        let start = [&start[..], &vec![0.0; effect.parameters().len()]].concat();
-        refitted(decay, &structure.with(effect), &start)
-    };
-    let as_well = |m: &Fitted| m.converged && criterion(m) < criterion(bent);
-    let fits = simple.par_iter().map(begun).filter(as_well);
-    fits.min_by(|a, b| criterion(a).total_cmp(&criterion(b)))
+    best.map(|(_, larger)| larger)
 }

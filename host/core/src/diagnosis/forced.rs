@@ -21,16 +21,6 @@ const MOST_BESIDE: usize = 2;
 pub(super) const BEYOND_CHANCE: f64 = 4.0;
 /// The same of an exponential variate: -ln of that probability.
 const IN_LOGARITHM: f64 = 9.67;
-/// Numbers that quarters of a record have of their own: their gain of deviance is chi squared of so many.
-const OF_QUARTERS: f64 = 12.0;
-
-/// Gain of deviance by numbers of each quarter's own that chance does not bring: chi squared, by the cube root that
-/// Wilson and Hilferty take for normal.
-pub(super) fn most_unsteady() -> f64 {
-    let variance = 2.0 / (9.0 * OF_QUARTERS);
-    OF_QUARTERS * (1.0 - variance + BEYOND_CHANCE * variance.sqrt()).powi(3)
-}
-
 /// The random forcing of the `plain` model, if it is one and far likelier than `best`.
 pub(crate) fn forced_rather_than(
     decay: &FreeDecay,
@@ -53,7 +43,7 @@ pub(crate) fn is_random(decay: &FreeDecay, model: &Fitted) -> bool {
 pub(super) fn holds(b: &Buffeted, numbers: usize, deterministic: f64, n: f64) -> bool {
     let random = bic::of_deviance(b.deviance, n, numbers + 1);
     deterministic - random > bic::MARGIN
-        && b.unsteadiness < most_unsteady()
+        && b.unsteadiness < BEYOND_CHANCE
         && b.correlation_off.abs() < BEYOND_CHANCE / n.sqrt()
         && b.state_dependence < BEYOND_CHANCE
         && b.largest < (BEYOND_CHANCE.powi(2) + 2.0 * n.ln()).sqrt()
@@ -118,13 +108,7 @@ fn solve(decay: &FreeDecay, structure: &Structure, start: &[f64], whitener: &Whi
 
 fn whitener(decay: &FreeDecay, forcing: &Buffeted) -> Option<Whitener> {
     let Buffeted { natural_frequency_rad_s, damping_ratio, ratio, .. } = *forcing;
-    Whitener::new(
-        decay.grid.step_s,
-        natural_frequency_rad_s,
-        damping_ratio,
-        ratio,
-        decay.yaw_rad.len(),
-    )
+    Whitener::new(&decay.grid, natural_frequency_rad_s, damping_ratio, ratio)
 }
 
 /// Those of `candidates` beside `inner` for which a linear step under the filter predicts evidence, most

@@ -56,9 +56,7 @@ pub(super) fn of_one(record: &Record, decay: FreeDecay, options: &Options) -> Re
         let singles = start.singles.par_iter().filter(|s| s.converged);
         singles.map(from).reduce(|| least, f64::min)
     });
-    // From near the noise a linear step is to be believed.
-    let out_of_reach = |least| least > NEAR_NOISE && best.over_noise(&decay) < WITHIN_REACH;
-    let within = reached.is_some_and(|least| least < WITHIN_REACH && !out_of_reach(least));
+    let within = reached.is_some_and(|least| least < WITHIN_REACH);
     // A linear step does not see as far, and what follows time alone or has corners is not among what is
     // predicted with.
     let explains = |single: &Fitted| single.converged && search::is_explained(single, &decay);

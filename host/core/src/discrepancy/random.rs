@@ -10,7 +10,7 @@
 
 use super::sums::{Observed, Sums};
 use super::swing::Swing;
-use crate::motion::random::transition;
+use crate::motion::random::Step;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
@@ -180,7 +180,8 @@ fn gather(
     sum: &mut DMatrix<f64>,
 ) -> Option<()> {
     let wn = swing.frequency_rad_s();
-    let (f, q) = transition(swing.step_s, wn, swing.decay() / wn, intensity)?;
+    let Step { transition: f, added: q, .. } =
+        Step::new(swing.step_s, wn, swing.decay() / wn, intensity, false)?;
     let own = root.select_columns(&release.places);
     let mut adjoint = vec![[0.0; 2]; root.nrows()];
     for k in (1..release.count).rev() {

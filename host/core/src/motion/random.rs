@@ -1,74 +1,148 @@
 //! A white random moment behind an oscillator: the Kalman filter's steps, and the whitening of what the moment
 //! adds to readings.
 
-use crate::motion::oscillator::Flow;
+use crate::motion::oscillator::{Flow, Grid};
 
-/// State transition over `h` (s), none where the model does not oscillate, and the covariance (bb, br, rr)
-/// that a moment of intensity `q` adds, the step being short against the period.
-pub(crate) fn transition(
-    h: f64,
-    wn: f64,
-    zeta: f64,
-    intensity: f64,
-) -> Option<([[f64; 2]; 2], [f64; 3])> {
-    if zeta.abs() >= 1.0 || zeta.is_nan() {
-        return None;
+/// From one reading of the oscillator's angle to the next, the noise of a reading being of unit variance.
+pub(crate) struct Step {
+    /// Of the state, angle and rate.
+    pub(crate) transition: [[f64; 2]; 2],
+    /// Covariance (bb, br, rr) that the moment adds to the state.
+    pub(crate) added: [f64; 3],
+    /// The next reading by the state before it.
+    read: [f64; 2],
+    /// Covariance of what the moment adds to that reading with the state after it, and its variance.
+    read_added: [f64; 3],
+}
+
+impl Step {
+    /// A moment of this `intensity`, and readings every `h` (s), of the angle itself or of its mean since the last one;
+    /// none where the model does not oscillate.
+    pub(crate) fn new(
+        h: f64,
+        wn: f64,
+        zeta: f64,
+        intensity: f64,
+        is_of_means: bool,
+    ) -> Option<Self> {
+        if zeta.abs() >= 1.0 || zeta.is_nan() {
+            return None;
+        }
+        let flow = |s: f64| Flow::new(wn, zeta, s).0;
+        // What a kick makes of angle, rate and mean in the rest of a step, by Simpson's rule over that rest.
+        let kicked = |s: f64| {
+            let [_, q, _, v] = flow(s);
+            [q, v, (1.0 - v - 2.0 * zeta * wn * q) / (wn * wn * h)]
+        };
+        let mut sums = [[0.0; 3]; 3];
+        for (k, weight) in [1.0, 4.0, 2.0, 4.0, 1.0].into_iter().enumerate() {
+            let by = kicked(0.25 * k as f64 * h);
+            for (sums, one) in sums.iter_mut().zip(by) {
+                for (sum, other) in sums.iter_mut().zip(by) {
+                    *sum += intensity * h / 12.0 * weight * one * other;
+                }
+            }
+        }
+        let [p, q, u, v] = flow(h);
+        let of_angle = -(u + 2.0 * zeta * wn * (p - 1.0)) / (wn * wn * h);
+        let (read, seen) = match is_of_means {
+            true => ([of_angle, kicked(h)[2]], 2),
+            false => ([p, q], 0),
+        };
+        Some(Self {
+            transition: [[p, q], [u, v]],
+            added: [sums[0][0], sums[0][1], sums[1][1]],
+            read,
+            read_added: [sums[seen][0], sums[seen][1], sums[seen][seen]],
+        })
     }
-    let Flow([p, q, u, v]) = Flow::new(wn, zeta, h);
-    let added = [intensity * h.powi(3) / 3.0, intensity * h * h / 2.0, intensity * h];
-    Some(([[p, q], [u, v]], added))
-}
 
-/// Covariance after a reading with `gain`.
-pub(crate) fn updated(p: [f64; 3], gain: [f64; 2]) -> [f64; 3] {
-    [p[0] - gain[0] * p[0], p[1] - gain[0] * p[1], p[2] - gain[1] * p[1]]
-}
+    /// The reading that is expected after the state `x`.
+    pub(crate) fn expected(&self, x: [f64; 2]) -> f64 {
+        self.read[0] * x[0] + self.read[1] * x[1]
+    }
 
-/// Covariance one step on.
-pub(crate) fn predicted(f: &[[f64; 2]; 2], p: [f64; 3], q: [f64; 3]) -> [f64; 3] {
-    let a = [
-        [f[0][0] * p[0] + f[0][1] * p[1], f[0][0] * p[1] + f[0][1] * p[2]],
-        [f[1][0] * p[0] + f[1][1] * p[1], f[1][0] * p[1] + f[1][1] * p[2]],
-    ];
-    [
-        a[0][0] * f[0][0] + a[0][1] * f[0][1] + q[0],
-        a[0][0] * f[1][0] + a[0][1] * f[1][1] + q[1],
-        a[1][0] * f[1][0] + a[1][1] * f[1][1] + q[2],
-    ]
+    /// The state after a reading that is off the expected one by `innovation`.
+    pub(crate) fn next(&self, x: [f64; 2], gain: [f64; 2], innovation: f64) -> [f64; 2] {
+        let f = &self.transition;
+        [0, 1].map(|i| f[i][0] * x[0] + f[i][1] * x[1] + gain[i] * innovation)
+    }
+
+    /// Variance and gain of a reading after a state of covariance `p`, and the covariance after it.
+    pub(crate) fn filtered(&self, p: [f64; 3]) -> (f64, [f64; 2], [f64; 3]) {
+        let (f, g) = (&self.transition, &self.read);
+        let own = [p[0] * g[0] + p[1] * g[1], p[1] * g[0] + p[2] * g[1]];
+        let variance = g[0] * own[0] + g[1] * own[1] + self.read_added[2] + 1.0;
+        let c = [0, 1].map(|i| f[i][0] * own[0] + f[i][1] * own[1] + self.read_added[i]);
+        let gain = c.map(|c| c / variance);
+        let a = [0, 1].map(|i| [f[i][0] * p[0] + f[i][1] * p[1], f[i][0] * p[1] + f[i][1] * p[2]]);
+        let at = |i: usize, j: usize, added: f64| {
+            a[i][0] * f[j][0] + a[i][1] * f[j][1] + added - gain[i] * c[j]
+        };
+        let [bb, br, rr] = self.added;
+        (variance, gain, [at(0, 0, bb), at(0, 1, br), at(1, 1, rr)])
+    }
 }
 
 /// Turns what a model leaves into white innovations of unit size in units of the noise: the filter's gains
 /// for a start that is known, the model having its own.
 pub(crate) struct Whitener {
-    transition: [[f64; 2]; 2],
+    step: Step,
     gains: Vec<[f64; 2]>,
     roots: Vec<f64>,
 }
 
 impl Whitener {
     /// `ratio`: intensity over the noise's variance.
-    pub(crate) fn new(step_s: f64, wn: f64, zeta: f64, ratio: f64, count: usize) -> Option<Self> {
-        let (transition, q) = transition(step_s, wn, zeta, ratio)?;
+    pub(crate) fn new(grid: &Grid, wn: f64, zeta: f64, ratio: f64) -> Option<Self> {
+        let step = Step::new(grid.step_s, wn, zeta, ratio, grid.mean_width_s > 0.0)?;
         let mut p = [0.0_f64; 3];
-        let (mut gains, mut roots) = (Vec::with_capacity(count), Vec::with_capacity(count));
-        for _ in 0..count {
-            let variance = p[0] + 1.0;
-            let gain = [p[0] / variance, p[1] / variance];
+        let (mut gains, mut roots) = (Vec::new(), Vec::new());
+        for _ in 0..grid.count {
+            let (variance, gain, next) = step.filtered(p);
             gains.push(gain);
             roots.push(variance.sqrt());
-            p = predicted(&transition, updated(p, gain), q);
+            p = next;
         }
-        Some(Self { transition, gains, roots })
+        Some(Self { step, gains, roots })
     }
 
     pub(crate) fn whiten(&self, series: &mut [f64]) {
-        let f = &self.transition;
         let mut x = [0.0; 2];
         for ((y, gain), root) in series.iter_mut().zip(&self.gains).zip(&self.roots) {
-            let innovation = *y - x[0];
+            let innovation = *y - self.step.expected(x);
             *y = innovation / root;
-            x = [x[0] + gain[0] * innovation, x[1] + gain[1] * innovation];
-            x = [f[0][0] * x[0] + f[0][1] * x[1], f[1][0] * x[0] + f[1][1] * x[1]];
+            x = self.step.next(x, *gain, innovation);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A thousand kicks in a step, each followed in closed form.
+    #[test]
+    fn a_step_is_that_of_as_many_small_ones() {
+        let (h, wn, zeta, intensity, fine) = (0.1, 5.0, 0.03, 2.0, 1000);
+        let step = Step::new(h, wn, zeta, intensity, true).unwrap();
+        let of = |s: f64| Flow::new(wn, zeta, s).0;
+        let mean = |from_s: f64, which: usize| {
+            let at = |k: i32| of((f64::from(k) + 0.5) * (h - from_s) / 100.0)[which];
+            (0..100).map(at).sum::<f64>() / 100.0 * (h - from_s) / h
+        };
+        assert!((step.read[0] - mean(0.0, 0)).abs() < 1e-5);
+        assert!((step.read[1] - mean(0.0, 1)).abs() < 1e-5 * h);
+        let mut sums = [0.0; 3];
+        for k in 0..fine {
+            let kick_s = (f64::from(k) + 0.5) * h / f64::from(fine);
+            let ([_, q, _, v], m) = (of(h - kick_s), mean(kick_s, 1));
+            for (sum, one) in sums.iter_mut().zip([q * m, v * m, m * m]) {
+                *sum += one * intensity * h / f64::from(fine);
+            }
+        }
+        for (a, b) in step.read_added.iter().zip(sums) {
+            assert!((a / b - 1.0).abs() < 5e-3, "{a} {b}");
         }
     }
 }
