@@ -25,8 +25,8 @@ pub(crate) fn rare_chi_squared(freedom: f64) -> f64 {
     freedom * (1.0 - variance + DEVIATE * variance.sqrt()).powi(3)
 }
 
-/// The normal deviate that chance exceeds as often as chi squared of so many degrees of freedom this `value`: the same
-/// approximation the other way round.
+/// The normal deviate that chance exceeds as often as chi squared of so many degrees of freedom this `value`:
+/// the same approximation the other way round.
 pub(crate) fn of_chi_squared(value: f64, freedom: f64) -> f64 {
     let variance = 2.0 / (9.0 * freedom);
     ((value / freedom).cbrt() - (1.0 - variance)) / variance.sqrt()

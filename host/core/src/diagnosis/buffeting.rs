@@ -1,6 +1,7 @@
 //! Random forcing recognised: the likelihood of a Kalman filter with process noise against one without.
 //!
-//! State (b, r) of the plain model, driven by a white random moment of intensity q, read with white noise.
+//! State (b, r) of the plain model, driven by a white random moment of intensity q, its means read with white
+//! noise.
 //! The likelihood is that of the innovations, the noise's variance that of the floor: R. H. Jones,
 //! Technometrics 22 (1980). A deterministic effect that is missing also raises q; it is recognised by
 //! forcing, frequency or damping that are not the same in every quarter of the record, by innovations that
@@ -32,7 +33,8 @@ pub(crate) struct Buffeted {
     pub(crate) over_noise: f64,
     /// Lag-one correlation of the innovations outside the range from zero to that of the noise.
     pub(crate) correlation_off: f64,
-    /// What intensity, frequency and damping of each quarter's own would gain in deviance, in standard deviations.
+    /// What intensity, frequency and damping of each quarter's own would gain in deviance, in standard
+    /// deviations.
     pub(crate) unsteadiness: f64,
     /// Largest innovation, in standard deviations.
     pub(crate) largest: f64,
@@ -114,7 +116,8 @@ fn filter(
 /// Cells of yaw angle on which innovations are averaged, for either direction of motion.
 const CELLS: usize = 15;
 
-/// How far the innovations' means over yaw angle and direction are from zero, in standard deviations: a random moment does not know the state, a missing law does.
+/// How far the innovations' means over yaw angle and direction are from zero, in standard deviations: a
+/// random moment does not know the state, a missing law does.
 fn state_dependence(run: &Run) -> f64 {
     let largest = run.states.iter().fold(f64::MIN_POSITIVE, |m, x| m.max(x[0].abs()));
     let power = run.innovations.iter().map(|v| v * v).sum::<f64>();

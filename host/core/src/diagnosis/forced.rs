@@ -16,11 +16,12 @@ use rayon::prelude::*;
 
 /// Effects beside random forcing, at most, for speed: each is fitted through the filter.
 const MOST_BESIDE: usize = 2;
-/// Standard deviations that chance does not bring: once in 16 000 records. All that is asked of innovations is asked at
-/// this level.
+/// Standard deviations that chance does not bring: once in 16 000 records. All that is asked of innovations is
+/// asked at this level.
 pub(super) const BEYOND_CHANCE: f64 = 4.0;
 /// The same of an exponential variate: -ln of that probability.
 const IN_LOGARITHM: f64 = 9.67;
+
 /// The random forcing of the `plain` model, if it is one and far likelier than `best`.
 pub(crate) fn forced_rather_than(
     decay: &FreeDecay,

@@ -16,8 +16,8 @@ pub(crate) struct Step {
 }
 
 impl Step {
-    /// A moment of this `intensity`, and readings every `h` (s), of the angle itself or of its mean since the last one;
-    /// none where the model does not oscillate.
+    /// A moment of this `intensity`, and readings every `h` (s), of the angle itself or of its mean since the
+    /// last one; none where the model does not oscillate.
     pub(crate) fn new(
         h: f64,
         wn: f64,

@@ -4,8 +4,8 @@
 //! turning points and the spring beyond its dead zone are solved in closed form; the smooth rest enters as a
 //! kick in the middle of each step (Strang's splitting: G. Strang, SIAM J. Numer. Anal. 5, 1968), so its
 //! error is (wn h)^2 / 24 of the effect, 7e-4 at fifty steps a cycle, and none of the plain model. Turning
-//! points and edges of the dead zone are located within the step. A model with a user's own effects is left
-//! to `own_motion`, unless it only has to be swift.
+//! points and edges of the dead zone are located within their step, in which the smooth rest is constant. A
+//! model with a user's own effects is left to `own_motion`, unless it only has to be swift.
 
 use crate::effects::{Memories, Rotation, State};
 use crate::motion::oscillator::{damped_rad_s, root, Flow, Walk};
