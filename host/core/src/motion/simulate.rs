@@ -4,8 +4,8 @@
 //! turning points and the spring beyond its dead zone are solved in closed form; the smooth rest enters as a
 //! kick in the middle of each step (Strang's splitting: G. Strang, SIAM J. Numer. Anal. 5, 1968), so its
 //! error is (wn h)^2 / 24 of the effect, 7e-4 at fifty steps a cycle, and none of the plain model. Turning
-//! points and edges of the dead zone are located within their step, in which the smooth rest is constant. A
-//! model with a user's own effects is left to `own_motion`, unless it only has to be swift.
+//! points and edges of the dead zone are located within their step, between which the smooth rest is
+//! constant. A model with a user's own effects is left to `own_motion`, unless it only has to be swift.
 
 use crate::effects::{Memories, Rotation, State};
 use crate::motion::oscillator::{damped_rad_s, root, Flow, Walk};
@@ -273,8 +273,9 @@ impl<'a> Walker<'a> {
         }
     }
 
-    /// A step with corners in it, `t` half-way. What is smooth counts as it is there: whether the model is
-    /// held, and where it turns, is a matter of all moments together, which a kick would miss.
+    /// A step with corners in it, `t` half-way. From one to the next what is smooth counts as it is between them:
+    /// whether the model is held, and where it turns, is a matter of all moments together, which a kick would
+    /// miss.
     pub(super) fn with_corners(
         &mut self,
         mut b: f64,
@@ -282,51 +283,55 @@ impl<'a> Walker<'a> {
         t: f64,
         drive: f64,
     ) -> (f64, f64) {
-        let c = self.friction;
         let constant = self.motion.terms.constant_moment_rad_s2;
-        let now = constant + self.smooth(b, r, t, drive) - c * self.direction;
-        let (half_b, half_r) = match self.turns && self.direction == 0.0 {
-            true => (b, r),
-            false => self.travel(b, r, now, self.half),
-        };
-        let constant = constant + self.smooth(half_b, half_r, t, drive);
         let mut left = 2.0 * self.half;
         for _ in 0..MOST_CORNERS {
             if self.turns && self.direction == 0.0 {
-                let moment = self.spring_moment(b) + constant;
-                if moment.abs() <= c {
+                let moment = self.spring_moment(b) + constant + self.smooth(b, 0.0, t, drive);
+                if moment.abs() <= self.friction {
                     return (b, 0.0);
                 }
                 self.direction = moment.signum();
             }
-            let moment = constant - c * self.direction;
-            let (b1, r1) = self.travel(b, r, moment, left);
-            let turned = self.turns && r1 * self.direction < 0.0;
-            let edge = self.edge(b1);
-            if !turned && edge.is_none() {
-                return (b1, r1);
-            }
-            let at_turn = if turned { self.turning(b, r, moment, left) } else { f64::INFINITY };
-            let at_edge = edge.map_or(f64::INFINITY, |edge| {
-                let from = (self.travel(b, r, moment, left).0 - edge).signum();
-                root(left, |tau| -from * (self.travel(b, r, moment, tau).0 - edge))
-            });
-            let first = at_turn.min(at_edge);
-            (b, r) = self.travel(b, r, moment, first);
-            left -= first;
-            if at_edge <= at_turn {
-                b = edge.unwrap_or(b);
-                self.side = if self.side == 0.0 { b.signum() } else { 0.0 };
-            } else {
-                r = 0.0;
-                self.direction = 0.0;
-                self.memories.turn(b);
+            let plain = constant - self.friction * self.direction;
+            let here = plain + self.smooth(b, r, t, drive);
+            let until = self.corner(b, r, here, left).map_or(left, |corner| corner.0);
+            let (middle_b, middle_r) = self.travel(b, r, here, 0.5 * until);
+            let moment = plain + self.smooth(middle_b, middle_r, t, drive);
+            let Some((after, edge)) = self.corner(b, r, moment, left) else {
+                return self.travel(b, r, moment, left);
+            };
+            (b, r) = self.travel(b, r, moment, after);
+            left -= after;
+            match edge {
+                Some(edge) => {
+                    b = edge;
+                    self.side = if self.side == 0.0 { b.signum() } else { 0.0 };
+                }
+                None => {
+                    r = 0.0;
+                    self.direction = 0.0;
+                    self.memories.turn(b);
+                }
             }
             if left <= 0.0 {
                 break;
             }
         }
         (b, r)
+    }
+
+    /// When, within `left` under the constant `moment`, the next corner is reached; its edge, where it is one.
+    fn corner(&self, b: f64, r: f64, moment: f64, left: f64) -> Option<(f64, Option<f64>)> {
+        let (b1, r1) = self.travel(b, r, moment, left);
+        let turned = self.turns && r1 * self.direction < 0.0;
+        let turn = turned.then(|| (self.turning(b, r, moment, left), None));
+        let edge = self.edge(b1).map(|edge| {
+            let from = (b1 - edge).signum();
+            let at = |tau| -from * (self.travel(b, r, moment, tau).0 - edge);
+            (root(left, at), Some(edge))
+        });
+        [edge, turn].into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     /// When, at most `left` from now, the rate is zero under the constant `moment`.

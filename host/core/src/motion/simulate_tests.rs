@@ -281,3 +281,21 @@ fn what_drives_it_beyond_dry_friction_lets_it_not_stick() {
     println!("of the amplitude {most:?}");
     assert!(most[0] < 5e-3 && most[1] < 1e-4, "{most:?}");
 }
+
+/// What is smooth is not constant over a step in which the model turns.
+#[test]
+fn turning_beside_what_is_smooth_errs_no_more_than_a_kick() {
+    let (count, fine) = (1500, 50);
+    for beside in [(Effect::CubicStiffness, &[30.0][..]), (Effect::QuadraticDamping, &[0.5])] {
+        let effects = [(Effect::CoulombFriction, &[0.02][..]), beside.clone()];
+        let motion = released(0.01, Terms::of(effects));
+        let of = |steps: usize| {
+            let mut out = vec![0.0; count * steps];
+            motion.readings(&grid(TAU / WN / 48.0 / steps as f64, count * steps), &mut out);
+            out.into_iter().step_by(steps).collect::<Vec<f64>>()
+        };
+        let apart = of(1).iter().zip(of(fine)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        println!("{}: {:.1e} of the amplitude", beside.0, apart / AMPLITUDE);
+        assert!(apart < 5e-5 * AMPLITUDE, "{}: {apart}", beside.0);
+    }
+}
