@@ -5,6 +5,7 @@
 //! counts as that of the file it comes from. What only tests import does not count (`#[cfg(test)] mod x { }`,
 //! and files whose names end in `tests.rs`).
 
+use crate::arrows::circles;
 use proc_macro2::{Delimiter, Spacing, TokenStream, TokenTree};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -285,48 +286,6 @@ impl Modules {
     }
 }
 
-/// All that can be come to from `from`, each with the file before it.
-fn reached<'a>(
-    arrows: &BTreeMap<&'a str, BTreeSet<&'a str>>,
-    from: &'a str,
-) -> BTreeMap<&'a str, &'a str> {
-    let mut before = BTreeMap::new();
-    let mut waiting = std::collections::VecDeque::from([from]);
-    while let Some(file) = waiting.pop_front() {
-        for next in &arrows[file] {
-            if !before.contains_key(next) {
-                before.insert(*next, file);
-                waiting.push_back(next);
-            }
-        }
-    }
-    before
-}
-
-/// Files that import each other, all ways round; with the shortest circle through the first of them.
-fn circles<'a>(arrows: &BTreeMap<&'a str, BTreeSet<&'a str>>) -> Vec<(BTreeSet<&'a str>, String)> {
-    let all: BTreeMap<&str, BTreeMap<&str, &str>> =
-        arrows.keys().map(|file| (*file, reached(arrows, file))).collect();
-    let mut out: Vec<(BTreeSet<&str>, String)> = Vec::new();
-    for (&file, from_it) in &all {
-        if !from_it.contains_key(file) || out.iter().any(|(files, _)| files.contains(file)) {
-            continue;
-        }
-        let files = from_it.keys().copied().filter(|other| all[other].contains_key(file)).collect();
-        let mut way = vec![file];
-        loop {
-            let before = from_it[way[way.len() - 1]];
-            way.push(before);
-            if before == file {
-                break;
-            }
-        }
-        way.reverse();
-        out.push((files, way.join(" -> ")));
-    }
-    out
-}
-
 #[test]
 fn no_circle_between_files() {
     let mut wrong = Vec::new();
@@ -358,20 +317,6 @@ fn crates_import_only_what_they_are_built_on() {
         }
     }
     assert!(wrong.is_empty(), "imports across walls:\n{}", wrong.join("\n"));
-}
-
-#[test]
-fn a_circle_is_found_and_named() {
-    let arrows = BTreeMap::from([
-        ("a.rs", BTreeSet::from(["b.rs", "d.rs"])),
-        ("b.rs", BTreeSet::from(["c.rs"])),
-        ("c.rs", BTreeSet::from(["a.rs"])),
-        ("d.rs", BTreeSet::new()),
-    ]);
-    let found = circles(&arrows);
-    assert_eq!(found.len(), 1);
-    assert_eq!(found[0].0, BTreeSet::from(["a.rs", "b.rs", "c.rs"]));
-    assert_eq!(found[0].1, "a.rs -> b.rs -> c.rs -> a.rs");
 }
 
 #[test]
