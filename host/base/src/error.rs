@@ -78,7 +78,7 @@ impl From<yawrig_core::error::Error> for Error {
     fn from(error: yawrig_core::error::Error) -> Self {
         use yawrig_core::error::Error as Core;
         let (exit, help) = match &error {
-            Core::NoRelease => (Exit::Usage, "name the record of one"),
+            Core::NoRelease => (Exit::Usage, "give at least one record"),
             Core::NoOscillation { .. } => {
                 (Exit::Data, "check that the record holds a released free decay in its second column")
             }

@@ -47,6 +47,7 @@ pub(super) fn holds(b: &Buffeted, numbers: usize, deterministic: f64, n: f64) ->
         && b.unsteadiness < BEYOND_CHANCE
         && b.correlation_off.abs() < BEYOND_CHANCE / n.sqrt()
         && b.state_dependence < BEYOND_CHANCE
+        // The largest of n normal variates, whose tails fall as exp(-x^2 / 2).
         && b.largest < (BEYOND_CHANCE.powi(2) + 2.0 * n.ln()).sqrt()
         && b.line < (0.5 * n).ln() + IN_LOGARITHM
         && b.over_noise <= explained_up_to(n)

@@ -195,6 +195,21 @@ mod tests {
     use crate::record::Record;
     use std::f64::consts::PI;
 
+    /// What dissipation nearly as steep as dry friction holds where it begins has no cycle; the integration's own
+    /// chatter about zero rate is none.
+    #[test]
+    fn no_cycle_begins_where_the_model_is_held() {
+        let motion = Motion {
+            natural_frequency_rad_s: 20.0,
+            damping_ratio: 0.016,
+            yaw_rad: 0.2,
+            rate_rad_s: 0.0,
+            terms: Terms::of([(Effect::PowerDamping, &[0.56, 0.065][..])]),
+        };
+        assert!(cycle(&motion, 0.1, 0.0).is_some());
+        assert_eq!(cycle(&motion, 4e-4, 0.0), None);
+    }
+
     /// Periods and decrements that have a closed form.
     #[test]
     fn a_cycle_has_the_period_and_the_decrement_of_the_closed_forms() {

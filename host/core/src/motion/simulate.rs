@@ -193,8 +193,7 @@ impl Walk for Walker<'_> {
             let (half_b, half_r) = self.travel(b, r, moment, self.half);
             let kicked = self.kick(half_b, half_r, middle, drive);
             let (next_b, next_r) = self.travel(half_b, kicked, moment, self.half);
-            let turned = self.turns && next_r * self.direction < 0.0;
-            if !turned && self.edge(half_b).is_none() && self.edge(next_b).is_none() {
+            if !self.turned(next_r) && self.edge(half_b).is_none() && self.edge(next_b).is_none() {
                 return (next_b, next_r);
             }
         }
@@ -261,6 +260,11 @@ impl<'a> Walker<'a> {
         r + 2.0 * self.half * self.smooth(b, middle, t, drive)
     }
 
+    /// Whether the rate `r` is against the direction.
+    fn turned(&self, r: f64) -> bool {
+        self.turns && r * self.direction < 0.0
+    }
+
     /// The edge of the dead zone that lies between this side and `b`.
     fn edge(&self, b: f64) -> Option<f64> {
         let g = self.motion.terms.dead_zone_rad;
@@ -324,8 +328,7 @@ impl<'a> Walker<'a> {
     /// When, within `left` under the constant `moment`, the next corner is reached; its edge, where it is one.
     fn corner(&self, b: f64, r: f64, moment: f64, left: f64) -> Option<(f64, Option<f64>)> {
         let (b1, r1) = self.travel(b, r, moment, left);
-        let turned = self.turns && r1 * self.direction < 0.0;
-        let turn = turned.then(|| (self.turning(b, r, moment, left), None));
+        let turn = self.turned(r1).then(|| (self.turning(b, r, moment, left), None));
         let edge = self.edge(b1).map(|edge| {
             let from = (b1 - edge).signum();
             let at = |tau| -from * (self.travel(b, r, moment, tau).0 - edge);

@@ -251,9 +251,9 @@ fn means_over_a_width_are_those_of_the_samples_in_it() {
     }
 }
 
-/// Where a periodic moment is far above dry friction and the spring's moment below both, no turn is a stop: whether
-/// the model is held is a matter of all moments together. At fifty times as many steps it moves the same, and it
-/// follows small changes of its numbers.
+/// Where a periodic moment is far above dry friction and the spring's moment below both, no turn is a stop:
+/// whether the model is held is a matter of all moments together. At fifty times as many steps it moves the
+/// same, and it follows small changes of its numbers.
 #[test]
 fn what_drives_it_beyond_dry_friction_lets_it_not_stick() {
     let (count, fine) = (1500, 50);
