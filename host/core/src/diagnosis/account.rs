@@ -17,9 +17,6 @@ use crate::quantity::{Quantity, CHANCE};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Share of the amplitude by which the rest angle is off the sensor's zero for it to be named.
-const LEAST_OFFSET: f64 = 0.005;
-
 /// One model on the way from plain to final.
 pub(crate) struct Step {
     pub(crate) added: Option<Effect>,
@@ -126,9 +123,7 @@ pub(crate) fn account(
     fits.push(last);
     decay.stop.check()?;
     let rest = fits.last().and_then(Fitted::rest_rad).expect("a rest angle that was fitted");
-    let offset = !zero_unknown
-        && rest.value.abs() > CHANCE * rest.u
-        && rest.value.abs() > LEAST_OFFSET * decay.reading_rad();
+    let offset = !zero_unknown && !rest.holds(0.0, CHANCE);
     let mut steps = Vec::new();
     let mut effects = Vec::new();
     if offset {

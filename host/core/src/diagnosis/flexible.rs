@@ -12,9 +12,6 @@ use crate::fit::linear_gain::Screen;
 use crate::quantity::Quantity;
 use rayon::prelude::*;
 
-/// Residual over noise beyond which likelihood has little to say, and a flexible effect is tried alone only.
-const BESIDE_UP_TO: f64 = 2.5;
-
 /// Whether what bends in `model` bends to what an effect with a name of its own is.
 pub(super) fn is_simple(model: &Fitted, decay: &FreeDecay) -> bool {
     let numbers = model.effect_parameters();
@@ -41,11 +38,9 @@ pub(super) fn instead(
     }
     let alone = |single: &&Fitted| beyond(plain, single).iter().all(|e| simple.contains(e));
     let mut inner: Vec<&Fitted> = vec![plain];
-    if accepted.over_noise(decay) < BESIDE_UP_TO {
-        inner.extend(singles.iter().filter(|s| s.converged).filter(alone));
-        if !explained && simple.len() > 1 {
-            inner.push(accepted);
-        }
+    inner.extend(singles.iter().filter(|s| s.converged).filter(alone));
+    if !explained && simple.len() > 1 {
+        inner.push(accepted);
     }
     let flexible: Vec<Effect> = Effect::deterministic().filter(Effect::is_flexible).collect();
     let screens: Vec<Screen> = inner.par_iter().map(|inner| Screen::new(decay, inner)).collect();

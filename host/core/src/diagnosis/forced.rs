@@ -4,7 +4,7 @@
 use crate::bic;
 use crate::bic::MARGIN;
 use crate::diagnosis::buffeting::{self, Buffeted};
-use crate::diagnosis::likelihood::{explained_up_to, BREADTH, PROMISING};
+use crate::diagnosis::likelihood::{explained_up_to, BREADTH};
 use crate::effects::Effect;
 use crate::fit::fitting::{finished, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
@@ -145,7 +145,7 @@ fn promising(
         .par_iter()
         .filter(|e| !there.contains(e))
         .map(|e| (evidence(e), e.clone()))
-        .filter(|(evidence, _)| *evidence > PROMISING)
+        .filter(|(evidence, _)| *evidence > MARGIN)
         .collect();
     out.sort_by(|a, b| b.0.total_cmp(&a.0));
     out.into_iter().take(BREADTH).map(|(_, e)| e).collect()

@@ -4,19 +4,13 @@ use crate::effects::{Effect, Parameter, State, Terms};
 use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::identify::WindowEstimate;
-use crate::quantity::CHANCE;
+use crate::quantity::{Quantity, CHANCE};
 use crate::statistics::median;
 use std::f64::consts::{PI, TAU};
 
-/// Of its uncertainty, how near to its bound a number is at it.
-const AT_BOUND: f64 = 0.01;
-/// Correlation of two numbers from which on only one combination of them is known.
-const CANCELLING: f64 = 0.9995;
 /// Amplitudes between the smallest and the largest at which damping is looked at, and angles in a cycle.
 const LOSS_AMPLITUDES: usize = 12;
 const PHASES: usize = 200;
-/// Damping ratio below zero that cannot be distinguished from none.
-const NEGATIVE: f64 = -1e-4;
 
 /// Share of its frequency within which a line is at a harmonic, and factor within which its damping ratio is
 /// one of the motion's at its amplitudes.
@@ -32,7 +26,7 @@ pub(crate) struct Refusal {
 
 /// The first effect of `model` that cannot stand.
 pub(super) fn refusal(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
-    unknown(model).or_else(|| cancelling(model)).or_else(|| feeding(model, decay))
+    unknown(model).or_else(|| feeding(model, decay))
 }
 
 /// A line that is none. A second mode nearer to the natural frequency than its own line is wide, or at two or
@@ -99,13 +93,7 @@ fn unknown(model: &Fitted) -> Option<Refusal> {
             })
             .collect();
         let refused = |reason: String| Some(Refusal { effect: effect.clone(), reason });
-        let at_bound = |q: &crate::quantity::Quantity, bound: f64| {
-            let near = if q.u.is_finite() { AT_BOUND * q.u } else { 0.0 };
-            bound.is_finite() && (q.value - bound).abs() <= near
-        };
-        let bounded = |(p, q): &&(&Parameter, crate::quantity::Quantity)| {
-            at_bound(q, p.min) || at_bound(q, p.max)
-        };
+        let bounded = |(p, q): &&(&Parameter, Quantity)| q.value == p.min || q.value == p.max;
         if let Some((p, q)) = own.iter().find(bounded) {
             return refused(format!(
                 "{} = {:.4} {} is at its bound: no value within makes the model fit better",
@@ -130,30 +118,6 @@ fn unknown(model: &Fitted) -> Option<Refusal> {
     })
 }
 
-/// Two effects of which the record fixes one combination only: the later one.
-fn cancelling(model: &Fitted) -> Option<Refusal> {
-    let covariance = model.covariance.as_ref()?;
-    let effects = &model.structure.effects;
-    let numbers = |e: &Effect| {
-        let at = model.start_of(e);
-        at..at + e.parameters().len()
-    };
-    let correlation =
-        |a: usize, b: usize| covariance[(a, b)] / (covariance[(a, a)] * covariance[(b, b)]).sqrt();
-    let pairs = (0..effects.len()).flat_map(|i| (0..i).map(move |j| (j, i)));
-    pairs.into_iter().find_map(|(j, i)| {
-        let tied = numbers(&effects[i])
-            .any(|a| numbers(&effects[j]).any(|b| correlation(a, b).abs() > CANCELLING));
-        tied.then(|| Refusal {
-            effect: effects[i].clone(),
-            reason: format!(
-                "it and {} cancel one another: the record fixes one combination of them only",
-                effects[j]
-            ),
-        })
-    })
-}
-
 /// Without wind nothing feeds the motion: where the damping would be below zero, of the model as a whole at
 /// some amplitude or of its plain part, the effect that makes it so.
 fn feeding(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
@@ -171,7 +135,7 @@ fn feeding(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
         let amplitude = least * (largest / least).powf(k as f64 / LOSS_AMPLITUDES as f64);
         let each = losses(model, amplitude);
         let total = zeta.value + each.iter().sum::<f64>();
-        if total < NEGATIVE {
+        if total < 0.0 {
             let worst = (0..effects.len()).min_by(|a, b| each[*a].total_cmp(&each[*b]))?;
             return Some(Refusal {
                 effect: effects[worst].clone(),
@@ -316,9 +280,8 @@ mod tests {
         let unknown = (Effect::CubicStiffness, 1.0, 0.9);
         for (zeta, effects, correlation, wind, words) in [
             (0.01, vec![friction.clone(), drag.clone()], 0.5, 0.0, None),
-            (0.01, vec![friction.clone(), drag.clone()], 0.9999, 0.0, Some("cancel one another")),
             (0.01, vec![at_bound], 0.0, 0.0, Some("at its bound")),
-            (0.01, vec![near_bound], 0.0, 0.0, Some("at its bound")),
+            (0.01, vec![near_bound], 0.0, 0.0, Some("not known to be other than zero")),
             (0.01, vec![unknown], 0.0, 0.0, Some("other than zero")),
             (0.01, vec![falling.clone()], 0.0, 0.0, Some("would be -0.00")),
             (0.01, vec![falling], 0.0, 10.0, None),

@@ -11,8 +11,6 @@ use crate::fit::linear_gain::Screen;
 pub(crate) const BREADTH: usize = 3;
 /// Effects of a model, at most.
 pub(super) const MOST_EFFECTS: usize = 6;
-/// An effect whose course is less than this share of the noise floor does not matter, squared.
-pub(super) const LEAST_SHARE_SQUARED: f64 = 0.01;
 /// Variance of the ratio of a residual to its floor over that of the residual alone: third differences of the
 /// same readings, from which the floor is known, have 924/400 of it, and the readings in common. Of means of
 /// several readings it is less.
@@ -30,8 +28,6 @@ pub(super) const DECISIVE: f64 = 3.0 * bic::MARGIN;
 /// Sum of squares that a linear step from farther off leaves, over that of a model, for it to be tried in
 /// that model's place.
 const FROM_AFAR: f64 = 3.0;
-/// Evidence that a linear step must predict for an effect to be tried beside a model.
-pub(super) const PROMISING: f64 = 3.0;
 
 /// Difference of BIC in favour of `larger`, on `effective` independent residuals.
 pub(crate) fn evidence(smaller: &Fitted, larger: &Fitted, effective: f64) -> f64 {

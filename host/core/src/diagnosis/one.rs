@@ -19,11 +19,6 @@ use crate::record::Record;
 use rayon::prelude::*;
 use std::slice::from_ref;
 
-/// Residual over noise, of what all effects at once would leave in one linear step, up to which a model down
-/// to the noise is looked for; and of a model, over a floor of coloured noise, beyond which what it leaves says
-/// nothing about that floor.
-const WITHIN_REACH: f64 = 8.0;
-
 pub(super) fn of_one(record: &Record, decay: FreeDecay, options: &Options) -> Result<Diagnosed> {
     let options = &options.of(&decay);
     let present = &options.present;
@@ -56,7 +51,6 @@ pub(super) fn of_one(record: &Record, decay: FreeDecay, options: &Options) -> Re
         let singles = start.singles.par_iter().filter(|s| s.converged);
         singles.map(from).reduce(|| least, f64::min)
     });
-    let within = reached.is_some_and(|least| least < WITHIN_REACH);
     // A linear step does not see as far, and what follows time alone or has corners is not among what is
     // predicted with.
     let explains = |single: &Fitted| single.converged && search::is_explained(single, &decay);
@@ -78,7 +72,7 @@ pub(super) fn of_one(record: &Record, decay: FreeDecay, options: &Options) -> Re
             return Ok(forced);
         }
     }
-    if within || one_explains {
+    if near || one_explains {
         let (diagnosed, good) = by_likelihood(record, &decay, &start)?;
         if good && stands(&diagnosed) {
             return Ok(diagnosed);
@@ -91,8 +85,7 @@ pub(super) fn of_one(record: &Record, decay: FreeDecay, options: &Options) -> Re
 /// `decay` with the floor of coloured noise as `model` shows it, where the one does not account for what the
 /// model leaves and the other does: in a short record the oscillation hides where such noise is strongest.
 fn with_floor_of(decay: FreeDecay, model: &Fitted) -> FreeDecay {
-    let near = ABOVE_NOISE..WITHIN_REACH;
-    if !near.contains(&model.over_noise(&decay)) {
+    if model.over_noise(&decay) < ABOVE_NOISE {
         return decay;
     }
     let shown = decay.clone().with_noise_of(&model.residuals);

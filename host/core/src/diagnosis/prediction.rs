@@ -8,8 +8,6 @@ use crate::fit::segments::{fit_pieces, PieceFit, ROUGH};
 
 /// Steps of a fit to a part of the pieces, from the fit to all.
 const PREDICTION_STEPS: usize = 8;
-/// Error at which a prediction counts as lost, as a share of the amplitude.
-const LOST: f64 = 1.0;
 /// Standard errors by which the larger model has to predict better.
 pub(crate) const BETTER: f64 = 1.0;
 /// Share by which it has to predict better, too, in the mean over the pieces: of their logarithms, for the
@@ -84,7 +82,8 @@ impl Prediction {
             // As of the noise of the first.
             let squares = squares * (pieces.decays[0].noise_rad / piece.noise_rad).powi(2);
             let n = piece.yaw_rad.len() as f64;
-            self.errors.push((squares.min(n * (LOST * piece.reading_rad()).powi(2)), n));
+            // An error as large as the motion is no prediction, however large it is.
+            self.errors.push((squares.min(n * piece.reading_rad().powi(2)), n));
         }
     }
 

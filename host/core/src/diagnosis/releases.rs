@@ -4,7 +4,7 @@
 use crate::bic::{self, MARGIN};
 use crate::diagnosis::alone::Alone;
 use crate::diagnosis::answer::Options;
-use crate::diagnosis::likelihood::{LEAST_SHARE_SQUARED, MOST_EFFECTS};
+use crate::diagnosis::likelihood::MOST_EFFECTS;
 use crate::diagnosis::origin::weighted_mean;
 use crate::diagnosis::search::sharpened;
 use crate::effects::{Acts, Effect};
@@ -126,16 +126,6 @@ fn evidence(releases: &Releases, smaller: &[Fitted], larger: &[Fitted], effect: 
         gain - misfit - bic::cost(1.0, f64::max(n, 2.0))
     };
     own.max(one(&|_| true)).max(one(&|v| v > 0.0)).max(one(&|v| v == 0.0))
-}
-
-/// Whether the effect shows in some release.
-fn matters(releases: &Releases, smaller: &[Fitted], larger: &[Fitted]) -> bool {
-    let share = |((small, large), decay): ((&Fitted, &Fitted), &FreeDecay)| {
-        large.converged
-            && small.over_noise(decay).powi(2) - large.over_noise(decay).powi(2)
-                > LEAST_SHARE_SQUARED
-    };
-    smaller.iter().zip(larger).zip(&releases.decays).any(share)
 }
 
 /// Judges all releases as one, from a model of `structure` on. Noise floors become those that the releases'
@@ -286,9 +276,7 @@ fn pruned(
             .iter()
             .map(|effect| {
                 let smaller = removed(releases, alone, &model, effect)?;
-                let worth = evidence(releases, &smaller.fits, &model.fits, effect);
-                let shows = matters(releases, &smaller.fits, &model.fits);
-                Ok((if shows { worth } else { 0.0 }, smaller))
+                Ok((evidence(releases, &smaller.fits, &model.fits, effect), smaller))
             })
             .collect::<Result<_>>()?;
         let needless = without

@@ -5,8 +5,7 @@ use crate::diagnosis::flexible;
 use crate::diagnosis::guards::{self, Refusal};
 pub use crate::diagnosis::likelihood::is_explained;
 pub(crate) use crate::diagnosis::likelihood::{beyond, evidence};
-use crate::diagnosis::likelihood::{may_rival, DECISIVE, NEAR_NOISE, PROMISING};
-use crate::diagnosis::likelihood::{BREADTH, LEAST_SHARE_SQUARED};
+use crate::diagnosis::likelihood::{may_rival, BREADTH, DECISIVE, MOST_EFFECTS, NEAR_NOISE};
 pub use crate::diagnosis::search_start::present;
 pub(crate) use crate::diagnosis::search_start::SearchStart;
 use crate::effects::Effect;
@@ -16,9 +15,6 @@ use crate::fit::fitting::{reordered, Fitted};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::linear_gain::Screen;
 use rayon::prelude::*;
-
-/// Effects that likelihood may name: of a record of a few cycles five or six explain anything.
-const MOST_BY_LIKELIHOOD: usize = 4;
 
 /// What the search found.
 pub(crate) struct SearchResult {
@@ -36,10 +32,9 @@ pub(crate) struct SearchResult {
     pub(crate) refused: Vec<Refusal>,
 }
 
-/// Whether `larger` is worth its effect: believed, and of a size that shows.
-fn is_worth(smaller: &Fitted, larger: &Fitted, decay: &FreeDecay, effective: f64) -> bool {
-    let share = smaller.over_noise(decay).powi(2) - larger.over_noise(decay).powi(2);
-    larger.converged && evidence(smaller, larger, effective) > MARGIN && share > LEAST_SHARE_SQUARED
+/// Whether `larger` is worth its effect.
+fn is_worth(smaller: &Fitted, larger: &Fitted, effective: f64) -> bool {
+    larger.converged && evidence(smaller, larger, effective) > MARGIN
 }
 
 /// Searches for what the present model lacks.
@@ -92,7 +87,7 @@ fn search_from(decay: &FreeDecay, start: SearchStart) -> Result<SearchResult> {
     // Rounds of pairs, threes and fours, as long as the best so far is not down to the noise or gains by
     // another.
     let mut rounds: Vec<Vec<Fitted>> = vec![singles.clone()];
-    while rounds.len() < MOST_BY_LIKELIHOOD {
+    while rounds.len() < MOST_EFFECTS {
         let last = rounds.last().expect("a round");
         let Some(leader) = best(last) else { break };
         let smaller = if rounds.len() == 1 {
@@ -101,7 +96,7 @@ fn search_from(decay: &FreeDecay, start: SearchStart) -> Result<SearchResult> {
             best(&rounds[rounds.len() - 2]).expect("a leader").clone()
         };
         // The round gained nothing even on the kindest count of residuals: no further one will.
-        if !is_worth(&smaller, leader, &decay, count as f64) {
+        if !is_worth(&smaller, leader, count as f64) {
             break;
         }
         let next = if is_explained(leader, &decay) {
@@ -127,7 +122,7 @@ fn search_from(decay: &FreeDecay, start: SearchStart) -> Result<SearchResult> {
     for round in &rounds {
         let effective = best_count(round);
         if let Some(leader) = best(round)
-            && is_worth(&accepted, leader, &decay, effective)
+            && is_worth(&accepted, leader, effective)
         {
             accepted = leader.clone();
         }
@@ -176,7 +171,7 @@ fn beside(decay: &FreeDecay, model: &Fitted, all: &[Effect]) -> Vec<Fitted> {
     // A user's own has no linear step.
     let of_library = predicted.iter().filter(|p| !p.1.is_own());
     let most = of_library.map(|p| p.0).fold(f64::NEG_INFINITY, f64::max);
-    let tried = |p: &&(f64, &Effect)| p.0 > PROMISING.max(most - DECISIVE) || p.1.is_own();
+    let tried = |p: &&(f64, &Effect)| p.0 > MARGIN.max(most - DECISIVE) || p.1.is_own();
     predicted.par_iter().filter(tried).map(|(_, e)| added(decay, model, e)).collect()
 }
 
@@ -237,7 +232,7 @@ fn pruned(decay: &FreeDecay, plain: &Fitted, mut model: Fitted) -> Pruned {
             beyond(plain, &model).par_iter().map(|effect| removed(decay, &model, effect)).collect();
         let needless = without
             .iter()
-            .filter(|s| s.converged && !is_worth(s, &model, decay, effective))
+            .filter(|s| s.converged && !is_worth(s, &model, effective))
             .min_by(|a, b| criterion(a).total_cmp(&criterion(b)));
         match needless.cloned() {
             Some(smaller) => model = smaller,

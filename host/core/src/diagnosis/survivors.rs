@@ -17,12 +17,8 @@ use crate::law::releases::Releases;
 use crate::quantity::Quantity;
 use rayon::prelude::*;
 
-/// Gain in prediction, in standard errors and as a share, of an effect that bends to what simpler ones
-/// explain.
-const CLEARLY_BETTER: f64 = 2.0;
+/// Share by which an effect that bends to what simpler ones explain has to predict better.
 const CLEAR_GAIN: f64 = 0.4;
-/// Of the sum of squares, what a rough fit with it leaves at most.
-const ROUGH_SHARE: f64 = 0.7;
 
 /// A model with what it predicts.
 #[derive(Clone, Debug)]
@@ -37,13 +33,6 @@ fn with(lengths: &Lengths, inner: &Model, effect: &Effect) -> Model {
     let start = effect.is_own().then(rough).flatten();
     let start = start.unwrap_or_else(|| vec![0.0; effect.parameters().len()]);
     with_from(lengths, inner, effect, &start)
-}
-
-/// The start for an effect that bends to much from which a rough fit to long pieces comes lowest, if that is
-/// promising.
-fn promising(lengths: &Lengths, inner: &Model, effect: &Effect) -> Option<Vec<f64>> {
-    let (sum, start) = rough_start(lengths, inner, effect)?;
-    (sum < ROUGH_SHARE * inner.fit.sum()).then_some(start)
 }
 
 /// The start from which a rough fit to long pieces comes lowest, and its sum of squares.
@@ -71,7 +60,7 @@ impl PredictedModel {
 
     /// The same for an effect that bends to what simpler ones explain.
     fn predicts_clearly_better_than(&self, other: &Self) -> bool {
-        self.prediction.gain_over(&other.prediction) > CLEARLY_BETTER
+        self.predicts_better_than(other)
             && self.prediction.rms_rad() < (1.0 - CLEAR_GAIN) * other.prediction.rms_rad()
     }
 }
@@ -253,8 +242,10 @@ fn bent(lengths: &Lengths, there: &[Effect], here: PredictedModel) -> Result<Pre
         Effect::deterministic().filter(|e| e.is_flexible() && !there.contains(e)).collect();
     let better = flexible
         .par_iter()
-        .filter_map(|effect| Some((effect, promising(lengths, &here.model, effect)?)))
-        .map(|(effect, start)| with_from(lengths, &here.model, effect, &start))
+        .filter_map(|effect| {
+            let (_, start) = rough_start(lengths, &here.model, effect)?;
+            Some(with_from(lengths, &here.model, effect, &start))
+        })
         .filter(|model| !is_simpler_one(lengths, model))
         .map(|model| judged(lengths, model))
         .filter(|with| with.predicts_clearly_better_than(&here))

@@ -1,10 +1,10 @@
 //! A model with effects fitted to a free decay: natural frequency, damping, initial state and every
 //! coefficient.
 
+use crate::discrepancy::ABOVE_NOISE;
 use crate::effects::Effect;
 pub use crate::fit::fitted::{Covariance, Fitted, Modal};
 use crate::fit::free_decay::FreeDecay;
-use crate::fit::linear_gain::Screen;
 use crate::fit::problem::{solve_one, Release, EVALUATIONS};
 use crate::fit::structure::motion;
 pub use crate::fit::structure::{Limit, Number, Structure};
@@ -14,15 +14,8 @@ use crate::solver::Fit;
 /// Cycles of the first, shortest fit.
 pub(crate) const FIRST_CYCLES: f64 = 5.0;
 pub(crate) const LONGER: f64 = 1.8;
-/// Evaluations after which a further start has to be this near, in the sum of squares, to the best one so
-/// far.
+/// Evaluations after which a further start has to be better than the best one so far.
 const SHORT: usize = 7;
-pub(crate) const RIVAL_SQUARES: f64 = 1.5;
-/// Residual over noise below which no further start is tried.
-const AT_NOISE: f64 = 1.04;
-/// Sum of squares over the one that a linear step foresees, up to which a fit has found what that step points
-/// to. For speed alone: beyond, it is begun from a part of the record as well.
-const FORESEEN: f64 = 1.05;
 /// Times a fit to the whole that has not converged is gone on with, and the share of its sum of squares that it
 /// has to gain by that for one more: the numbers of a law or of a large swing share what they explain.
 const AGAIN: usize = 4;
@@ -31,9 +24,9 @@ const GONE_ON_FOR: f64 = 1e-5;
 const OWN_FIRST: usize = 6;
 const OWN_EVALUATIONS: usize = 50;
 
-/// Sum of squares over the noise of so many residuals below which no further start is tried.
+/// Sum of squares over the noise of so many residuals that is no more than noise: no further start is tried.
 pub fn enough(count: usize) -> f64 {
-    AT_NOISE * AT_NOISE * count as f64
+    ABOVE_NOISE * ABOVE_NOISE * count as f64
 }
 
 fn solve(decay: &FreeDecay, structure: &Structure, start: &[f64], count: usize) -> Fit {
@@ -119,7 +112,7 @@ fn first_reading(decay: &FreeDecay) -> (f64, f64) {
 }
 
 /// `inner` with `effect` added, never worse than `inner`: started from it with the effect at zero, over
-/// lengthening horizons, and from small sizes of either sign, until a start explains the free decay.
+/// lengthening horizons where that finds no minimum, and from small sizes of either sign.
 ///
 /// ```
 /// use yawrig_core::effects::Effect;
@@ -152,23 +145,20 @@ pub fn fit_added(decay: &FreeDecay, inner: &Fitted, effect: &Effect) -> Fitted {
     if structure.effects.iter().any(|e| e.is_own()) {
         return fit_own(decay, inner, &structure, &starts);
     }
-    let foreseen = Screen::new(decay, inner).left_with(effect).0 / decay.noise_rad.powi(2);
     for (k, start) in starts.iter().enumerate() {
         let mut p = inner.parameters.clone();
         p.extend(start);
         let mut fits = vec![];
         if k == 0 {
             fits.push(solve(decay, &structure, &p, count));
-            // What a linear step foresees and the fit has reached is the minimum beside this model.
-            let reached = fits[0].stop.is_minimum() && fits[0].sum_of_squares < FORESEEN * foreseen;
-            if fits[0].sum_of_squares > enough(count) && !reached {
+            if !fits[0].stop.is_minimum() {
                 fits.push(lengthened(decay, &structure, &p, count));
             }
         } else {
-            // A start that has not come near the best by now is not going to win.
+            // A start that is not ahead by now is not going to win.
             let short = solve_in(decay, &structure, &p, count, SHORT);
             let reached = best.as_ref().map_or(f64::INFINITY, |b| b.sum_of_squares);
-            if short.sum_of_squares < RIVAL_SQUARES * reached && short.evaluations >= SHORT {
+            if short.sum_of_squares < reached && short.evaluations >= SHORT {
                 fits.push(solve(decay, &structure, &short.parameters, count));
             }
             fits.push(short);
@@ -177,9 +167,6 @@ pub fn fit_added(decay: &FreeDecay, inner: &Fitted, effect: &Effect) -> Fitted {
             if best.as_ref().is_none_or(|b| fit.sum_of_squares < b.sum_of_squares) {
                 best = Some(fit);
             }
-        }
-        if best.as_ref().is_some_and(|b| b.sum_of_squares <= enough(count) && b.stop.is_minimum()) {
-            break;
         }
     }
     nested(decay, inner, &structure, best.expect("a start for every effect"), effect)

@@ -13,7 +13,7 @@
 use crate::bic;
 use crate::effects::Effect;
 use crate::fit::at_amplitude::with_windows;
-use crate::fit::fitting::{enough, Fitted, Structure, FIRST_CYCLES, LONGER, RIVAL_SQUARES};
+use crate::fit::fitting::{enough, Fitted, Structure, FIRST_CYCLES, LONGER};
 use crate::fit::free_decay::FreeDecay;
 pub use crate::fit::problem::Release;
 use crate::fit::problem::{JointProblem, EVALUATIONS};
@@ -23,6 +23,10 @@ use crate::quantity::Quantity;
 use crate::solver::{off_bounds, Fit};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
+
+/// Sum of squares over that of the releases by themselves, up to which what they have in common has led to no
+/// other count of cycles.
+const NEAR: f64 = 1.5;
 
 /// A model fitted to several releases at once.
 #[derive(Clone, Debug)]
@@ -317,7 +321,7 @@ pub fn fit_from(
     let over =
         |(r, single): (&Release, &&Fitted)| single.sum_of_squares / r.decay.noise_rad.powi(2);
     let apart: f64 = releases.iter().zip(singles).map(over).sum();
-    let near = RIVAL_SQUARES * apart.max(enough(direct.count));
+    let near = NEAR * apart.max(enough(direct.count));
     direct.or_lengthened(near, releases, starts)
 }
 
