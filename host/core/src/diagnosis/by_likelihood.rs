@@ -42,9 +42,8 @@ pub(super) fn by_likelihood(
     }
     let effects = beyond(&found.plain, last).to_vec();
     let steps = steps(decay, &found.path);
-    // Three effects or more can be bent to a short record; then they have to predict the rest of it too.
-    let is_predicted =
-        effects.len() < 3 || steps.last().is_some_and(|s| s.held_out_over_noise < NEAR_NOISE);
+    // Effects can be bent to a short record; they have to predict the rest of it too.
+    let is_predicted = steps.last().is_some_and(|s| s.held_out_over_noise < NEAR_NOISE);
     let status = match (found.explained && is_predicted, effects.is_empty()) {
         (true, true) => Status::Adequate,
         (true, false) => Status::Explained,

@@ -2,7 +2,7 @@
 //! likelier.
 
 use crate::bic::MARGIN;
-use crate::diagnosis::likelihood::{beyond, evidence, is_explained, may_rival};
+use crate::diagnosis::likelihood::{beyond, evidence, is_explained, may_rival, NEAR_NOISE};
 use crate::diagnosis::prediction::LEAST_GAIN;
 use crate::effects::Effect;
 use crate::fit::about_rest::added;
@@ -38,9 +38,11 @@ pub(super) fn instead(
     }
     let alone = |single: &&Fitted| beyond(plain, single).iter().all(|e| simple.contains(e));
     let mut inner: Vec<&Fitted> = vec![plain];
-    inner.extend(singles.iter().filter(|s| s.converged).filter(alone));
-    if !explained && simple.len() > 1 {
-        inner.push(accepted);
+    if accepted.over_noise(decay) < NEAR_NOISE {
+        inner.extend(singles.iter().filter(|s| s.converged).filter(alone));
+        if !explained && simple.len() > 1 {
+            inner.push(accepted);
+        }
     }
     let flexible: Vec<Effect> = Effect::deterministic().filter(Effect::is_flexible).collect();
     let screens: Vec<Screen> = inner.par_iter().map(|inner| Screen::new(decay, inner)).collect();

@@ -21,7 +21,6 @@ mod one;
 pub mod origin;
 pub(crate) mod over_pieces;
 pub(crate) mod prediction;
-mod reach;
 pub(crate) mod releases;
 pub mod search;
 mod search_start;

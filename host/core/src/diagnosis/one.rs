@@ -6,7 +6,6 @@ use crate::diagnosis::answer::{Diagnosed, Diagnosis, HeldOut, Options, Status, S
 use crate::diagnosis::by_likelihood::{by_likelihood, random_forcing};
 use crate::diagnosis::guards;
 use crate::diagnosis::likelihood::{is_explained, NEAR_NOISE, USED_UP_TO};
-use crate::diagnosis::reach;
 use crate::diagnosis::search::{self, SearchStart};
 use crate::diagnosis::survivors;
 use crate::diagnosis::verdict::{name_of, Chosen};
@@ -16,7 +15,6 @@ use crate::error::{Error, Result};
 use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::record::Record;
-use rayon::prelude::*;
 use std::slice::from_ref;
 
 pub(super) fn of_one(record: &Record, decay: FreeDecay, options: &Options) -> Result<Diagnosed> {
@@ -41,18 +39,7 @@ pub(super) fn of_one(record: &Record, decay: FreeDecay, options: &Options) -> Re
     };
     let plain = &start.plain;
     let lowest = plain.rms_rad().min(account.plain().rms_rad());
-    let from = |model: &Fitted| reach::reach(&decay, model, &start.candidates);
     let near = lowest < USED_UP_TO * decay.noise_rad || is_explained(best, &decay);
-    let reached = near.then(|| {
-        let least = from(best).min(from(plain));
-        if least < NEAR_NOISE {
-            return least;
-        }
-        let singles = start.singles.par_iter().filter(|s| s.converged);
-        singles.map(from).reduce(|| least, f64::min)
-    });
-    // A linear step does not see as far, and what follows time alone or has corners is not among what is
-    // predicted with.
     let explains = |single: &Fitted| single.converged && search::is_explained(single, &decay);
     let one_explains = start.singles.iter().any(explains);
     // What is random predicts nothing: it may stand beside effects that predict most of the record, where it is
@@ -64,7 +51,7 @@ pub(super) fn of_one(record: &Record, decay: FreeDecay, options: &Options) -> Re
         let is_believed = found.diagnosis.status == Status::Explained;
         !is_random || !account.explains_most() || (is_believed && beside_them)
     };
-    let forced_first = reached.is_some_and(|least| least > NEAR_NOISE) && !one_explains;
+    let forced_first = near && !one_explains;
     if forced_first {
         let single = search::best(&start.singles).unwrap_or(plain);
         let lower = if best.rms_rad() < single.rms_rad() { best } else { single };
