@@ -81,7 +81,7 @@ pub(super) fn by_likelihood(
 /// The answer by the random forcing that explains the record, with the effects beside it, where no definite
 /// effects do: the same throughout, its innovations white, blind to the state and down to the noise, and far
 /// likelier than `best`, a definite model.
-pub(super) fn random_forcing(
+fn random_forcing(
     record: &Record,
     decay: &FreeDecay,
     start: &SearchStart,

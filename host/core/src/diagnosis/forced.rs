@@ -19,8 +19,6 @@ const MOST_BESIDE: usize = 2;
 /// Standard deviations that chance does not bring: once in 16 000 records. All that is asked of innovations is
 /// asked at this level.
 pub(super) const BEYOND_CHANCE: f64 = 4.0;
-/// The same of an exponential variate: -ln of that probability.
-const IN_LOGARITHM: f64 = 9.67;
 
 /// The random forcing of the `plain` model, if it is one and far likelier than `best`.
 pub(crate) fn forced_rather_than(
@@ -47,9 +45,9 @@ pub(super) fn holds(b: &Buffeted, numbers: usize, deterministic: f64, n: f64) ->
         && b.unsteadiness < BEYOND_CHANCE
         && b.correlation_off.abs() < BEYOND_CHANCE / n.sqrt()
         && b.state_dependence < BEYOND_CHANCE
-        // The largest of n normal variates, whose tails fall as exp(-x^2 / 2).
+        // The largest of n normal variates, whose tails fall as exp(-x^2 / 2), and of n / 2 exponential ones.
         && b.largest < (BEYOND_CHANCE.powi(2) + 2.0 * n.ln()).sqrt()
-        && b.line < (0.5 * n).ln() + IN_LOGARITHM
+        && b.line < 0.5 * BEYOND_CHANCE.powi(2) + (0.5 * n).ln()
         && b.over_noise <= explained_up_to(n)
 }
 

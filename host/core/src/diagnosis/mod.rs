@@ -27,4 +27,4 @@ mod search_start;
 mod several;
 mod several_fit;
 pub(crate) mod survivors;
-mod verdict;
+pub(crate) mod verdict;

@@ -3,7 +3,7 @@
 use crate::diagnosis::account::{self, Account};
 use crate::diagnosis::alike::alike;
 use crate::diagnosis::answer::{Diagnosed, Diagnosis, HeldOut, Options, Status, Step};
-use crate::diagnosis::by_likelihood::{by_likelihood, random_forcing};
+use crate::diagnosis::by_likelihood::by_likelihood;
 use crate::diagnosis::guards;
 use crate::diagnosis::likelihood::{is_explained, NEAR_NOISE, USED_UP_TO};
 use crate::diagnosis::search::{self, SearchStart};
@@ -51,14 +51,6 @@ pub(super) fn of_one(record: &Record, decay: FreeDecay, options: &Options) -> Re
         let is_believed = found.diagnosis.status == Status::Explained;
         !is_random || !account.explains_most() || (is_believed && beside_them)
     };
-    let forced_first = near && !one_explains;
-    if forced_first {
-        let single = search::best(&start.singles).unwrap_or(plain);
-        let lower = if best.rms_rad() < single.rms_rad() { best } else { single };
-        if let Some(forced) = random_forcing(record, &decay, &start, lower).filter(stands) {
-            return Ok(forced);
-        }
-    }
     if near || one_explains {
         let (diagnosed, good) = by_likelihood(record, &decay, &start)?;
         if good && stands(&diagnosed) {

@@ -5,7 +5,7 @@ use crate::effects::{Effect, Scale, Seen};
 use crate::fit::fitting::{refitted, reordered, Fitted, Limit, Number, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::pieces::{fit_state, Own, Piece, Pieces};
-use crate::fit::segments::{fit_from, fit_pieces, PieceFit, ROUGH, SETTLED, STEPS};
+use crate::fit::segments::{fit_from, fit_pieces, PieceFit, FINE, ROUGH, SETTLED, STEPS};
 use crate::stop::Stop;
 
 /// Cycles of the pieces of the first, shortest fit.
@@ -197,7 +197,7 @@ pub(crate) fn whole(decay: &FreeDecay, lengths: &Lengths, fit: &PieceFit) -> Pie
         };
         let states: Vec<[f64; 2]> = longer.decays.iter().map(state).collect();
         let all: Vec<&Piece> = longer.decays.iter().collect();
-        best = fit_pieces(&all, &best.structure, &best.common, &states, 1e-5, STEPS);
+        best = fit_pieces(&all, &best.structure, &best.common, &states, FINE, STEPS);
         pieces = longer;
         shorter = &pieces.decays;
     }

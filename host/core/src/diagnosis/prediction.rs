@@ -4,10 +4,8 @@
 //! Where the misfit is deterministic, likelihood buys any effect that bends; what counts then is prediction.
 
 use crate::fit::pieces::{fit_state, Piece, Pieces};
-use crate::fit::segments::{fit_pieces, PieceFit, ROUGH};
+use crate::fit::segments::{fit_pieces, PieceFit, FIRST_STEPS, ROUGH};
 
-/// Steps of a fit to a part of the pieces, from the fit to all.
-const PREDICTION_STEPS: usize = 8;
 /// Standard errors by which the larger model has to predict better.
 pub(crate) const BETTER: f64 = 1.0;
 /// Share by which it has to predict better, too, in the mean over the pieces: of their logarithms, for the
@@ -74,8 +72,7 @@ impl Prediction {
             (0..pieces.count()).partition(|k| predicted(*k));
         let fitted: Vec<&Piece> = others.iter().map(|&k| &pieces.decays[k]).collect();
         let begin: Vec<[f64; 2]> = others.iter().map(|&k| states[k]).collect();
-        let fit =
-            fit_pieces(&fitted, &model.structure, &model.common, &begin, ROUGH, PREDICTION_STEPS);
+        let fit = fit_pieces(&fitted, &model.structure, &model.common, &begin, ROUGH, FIRST_STEPS);
         for k in those {
             let piece = &pieces.decays[k];
             let (_, squares) = fit_state(piece, &fit.structure, &fit.common, states[k]);

@@ -19,8 +19,8 @@ const PRESENT: &str = "the present model";
 
 /// Share of the amplitude that may be left where a model mostly explains a record.
 const SMALL_RESIDUAL: f64 = 0.01;
-/// The same of the plain model's mean square.
-pub(super) const MOST_LEFT: f64 = 0.25;
+/// Of a smaller model's mean square, what a model leaves at most that accounts for most of it.
+pub(crate) const MOST_LEFT: f64 = 0.25;
 /// Residual of a part of the amplitudes, over that of all, from which on it is named.
 const STANDS_OUT: f64 = 1.3;
 

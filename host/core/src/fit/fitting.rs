@@ -6,6 +6,7 @@ use crate::effects::Effect;
 pub use crate::fit::fitted::{Covariance, Fitted, Modal};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::problem::{solve_one, Release, EVALUATIONS};
+use crate::fit::segments::{FINE, FIRST_STEPS};
 use crate::fit::structure::motion;
 pub use crate::fit::structure::{Limit, Number, Structure};
 use crate::motion::simulate::Grid;
@@ -14,14 +15,10 @@ use crate::solver::Fit;
 /// Cycles of the first, shortest fit.
 pub(crate) const FIRST_CYCLES: f64 = 5.0;
 pub(crate) const LONGER: f64 = 1.8;
-/// Evaluations after which a further start has to be better than the best one so far.
-const SHORT: usize = 7;
-/// Times a fit to the whole that has not converged is gone on with, and the share of its sum of squares that it
-/// has to gain by that for one more: the numbers of a law or of a large swing share what they explain.
+/// Times a fit to the whole that has not converged is gone on with: the numbers of a law or of a large swing
+/// share what they explain.
 const AGAIN: usize = 4;
-const GONE_ON_FOR: f64 = 1e-5;
-/// For a user's own effect: from every start, and on from the best.
-const OWN_FIRST: usize = 6;
+/// For a user's own effect, on from the best start.
 const OWN_EVALUATIONS: usize = 50;
 
 /// Sum of squares over the noise of so many residuals that is no more than noise: no further start is tried.
@@ -156,9 +153,9 @@ pub fn fit_added(decay: &FreeDecay, inner: &Fitted, effect: &Effect) -> Fitted {
             }
         } else {
             // A start that is not ahead by now is not going to win.
-            let short = solve_in(decay, &structure, &p, count, SHORT);
+            let short = solve_in(decay, &structure, &p, count, FIRST_STEPS);
             let reached = best.as_ref().map_or(f64::INFINITY, |b| b.sum_of_squares);
-            if short.sum_of_squares < reached && short.evaluations >= SHORT {
+            if short.sum_of_squares < reached && short.evaluations >= FIRST_STEPS {
                 fits.push(solve(decay, &structure, &short.parameters, count));
             }
             fits.push(short);
@@ -197,7 +194,7 @@ fn fit_own(
     let begun = |start: &Vec<f64>| {
         let mut p = inner.parameters.clone();
         p.extend(start);
-        solve_in(decay, structure, &p, inner.count, OWN_FIRST)
+        solve_in(decay, structure, &p, inner.count, FIRST_STEPS)
     };
     let mut best: Option<Fit> = None;
     for start in starts {
@@ -240,7 +237,7 @@ pub(crate) fn refitted(decay: &FreeDecay, structure: &Structure, start: &[f64]) 
         }
         let before = fit.sum_of_squares;
         fit = solve(decay, structure, &fit.parameters, count);
-        if before - fit.sum_of_squares < GONE_ON_FOR * before {
+        if before - fit.sum_of_squares < FINE * before {
             break;
         }
     }

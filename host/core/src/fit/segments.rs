@@ -19,6 +19,8 @@ use rayon::prelude::*;
 pub(crate) const ROUGH: f64 = 1e-3;
 /// The same of one whose numbers models are compared by.
 pub(crate) const SETTLED: f64 = 1e-4;
+/// The same of one to the whole, or of a law.
+pub(crate) const FINE: f64 = 1e-5;
 /// Share of a matrix' diagonal that keeps it definite.
 const KEEPS_DEFINITE: f64 = 1e-12;
 /// Steps of a fit to longer pieces; it is continued at the next level.

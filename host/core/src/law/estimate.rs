@@ -6,7 +6,7 @@
 use super::releases::Releases;
 use super::roughness::{inflation, reached};
 use super::tables::{Point, Tables};
-use super::trials::{fit_all, Change, Trial, Trials, LAW_SETTLED};
+use super::trials::{fit_all, Change, Trial, Trials};
 use crate::diagnosis::over_pieces::{whole, Lengths};
 use crate::diagnosis::prediction::{predict_within, Prediction};
 use crate::effects::{Effect, MeasuredLaw, Part};
@@ -15,7 +15,7 @@ use crate::fit::at_amplitude::{at_amplitudes, AtAmplitude};
 use crate::fit::fitting::{refitted, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::pieces::{Piece, Pieces};
-use crate::fit::segments::{fit_from, fit_pieces, PieceFit, ROUGH};
+use crate::fit::segments::{fit_from, fit_pieces, PieceFit, FINE, ROUGH};
 use crate::fit::structure::motion;
 use crate::motion::oscillator::Motion;
 use crate::quantity::Quantity;
@@ -176,7 +176,7 @@ pub fn fit_whole(decay: &FreeDecay, structure: &Structure, start: &[f64]) -> Fit
     common.extend(&start[4..]);
     let states = [[start[2], start[3]]];
     let direct =
-        fit_pieces(&[&Piece::whole(decay)], structure, &common, &states, LAW_SETTLED, WHOLE_STEPS);
+        fit_pieces(&[&Piece::whole(decay)], structure, &common, &states, FINE, WHOLE_STEPS);
     let lengths = Lengths::of(decay);
     let long = fit_from(&lengths.long, structure, &common, ROUGH);
     // A phase that is lost over the whole record shows in pieces with states of their own.

@@ -25,11 +25,6 @@ const TRIED: usize = 12;
 /// stiffness.
 const YIELD_STARTS: [f64; 3] = [0.05, 0.2, 0.6];
 const YIELDING: f64 = 0.03;
-/// Ratio of errors up to which the two numbers of hysteresis predict as well as the many of a law.
-const AS_WELL: f64 = 1.1;
-/// How many times the squares of the best formula the first steps of a fit may leave for it to be gone on
-/// with.
-const MOST_SQUARES: f64 = 4.0;
 /// Share of the squares missed without the law's stiffness that hysteresis in its place may leave.
 const LEFT_BY_MEMORY: f64 = 0.01;
 
@@ -124,7 +119,7 @@ pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
         let beats = |other: &Prediction, by: f64| memory.prediction.gain_over(other) > by;
         best.is_none_or(|best| beats(&best.prediction, BETTER))
             && (beats(&found.prediction, -BETTER)
-                || memory.prediction.rms_rad() < AS_WELL * found.prediction.rms_rad()
+                || memory.prediction.rms_rad() < (1.0 + LEAST_GAIN) * found.prediction.rms_rad()
                 || trial.lacks(memory))
             || trial.remembers(memory, best)
     });
@@ -245,9 +240,6 @@ impl Trial<'_> {
         // Of what the stiffness does.
         let square = |prediction: &Prediction| prediction.rms_rad().powi(2);
         let with = begun(&[(&hysteresis.effect, hysteresis.numbers()), law]);
-        if best.is_some_and(|n| with.sum() > MOST_SQUARES * n.fit.sum()) {
-            return false;
-        }
         let (with, by_law) = (predicted(&with), square(&found.prediction));
         if best.is_some_and(|n| !with.is_better_than(&n.prediction)) {
             return false;

@@ -11,6 +11,7 @@ use crate::fit::pieces::{fit_state, Piece, Pieces};
 use crate::fit::segments::{quadratics, PieceFit, Quadratic};
 use crate::fit::structure::motion;
 use crate::motion::simulate::Motion;
+use crate::quantity::CHANCE;
 use crate::solver::step_within;
 use crate::statistics::independent_share;
 use nalgebra::{Cholesky, DMatrix, DVector};
@@ -23,9 +24,6 @@ const MOST_EXPONENT: i32 = 2;
 const STEP_DAMPING: f64 = 1e-9;
 /// Times each curve's weight is chosen anew, the others' kept.
 const SWEEPS: usize = 2;
-/// Standard errors by which a curve that differs from side to side has to predict better than one that does
-/// not.
-const BETTER_UNEVEN: f64 = 2.0;
 
 /// A fit's neighbourhood.
 pub(super) struct Nearby<'a> {
@@ -176,7 +174,7 @@ impl<'a> Nearby<'a> {
                 };
                 let chosen = tried.iter().min_by(least).expect("several are tried");
                 let even = matches!(self.law.parts[k].0, Part::Stiffness | Part::Damping);
-                let by = if even { BETTER } else { BETTER_UNEVEN };
+                let by = if even { BETTER } else { CHANCE };
                 kept[k] = self.is_better(&chosen.1, &smoothest.1, by);
                 weights = if kept[k] { chosen.0.clone() } else { smoothest.0.clone() };
             }

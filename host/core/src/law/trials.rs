@@ -9,7 +9,7 @@ use crate::diagnosis::prediction::{predict_within, Prediction};
 use crate::effects::{Effect, MeasuredLaw};
 use crate::error::{Error, Result};
 use crate::fit::fitting::Structure;
-use crate::fit::segments::{fit_from, PieceFit, ROUGH};
+use crate::fit::segments::{fit_from, PieceFit, FINE, ROUGH};
 use nalgebra::DMatrix;
 use std::cmp::Ordering;
 use std::sync::Arc;
@@ -21,8 +21,6 @@ const BENDS: usize = 4;
 /// Share of the weight that predicts best with which a law is fitted in the end, where it predicts as well:
 /// its band knows of noise, not of what a curve that is as smooth as predicts best has lost.
 const ROUGHER: f64 = 0.1;
-/// Relative gain at which a fit to long pieces ends.
-pub(super) const LAW_SETTLED: f64 = 1e-5;
 
 /// A law fitted with one choice of its curves and their roughness.
 #[derive(Clone)]
@@ -156,7 +154,7 @@ impl<'a> Trials<'a> {
 
     /// `law` fitted to long pieces from `common`.
     fn fitted(&self, law: &MeasuredLaw, common: &[f64]) -> Result<PieceFit> {
-        let fit = fit_from(&self.lengths.long, &self.with(law), common, LAW_SETTLED);
+        let fit = fit_from(&self.lengths.long, &self.with(law), common, FINE);
         self.releases.first().stop.check()?;
         Ok(fit)
     }
@@ -189,7 +187,7 @@ pub(super) fn fit_all(
         common = fit_from(pieces, structure, &common, ROUGH).common;
         releases.first().stop.check()?;
     }
-    let fit = fit_from(&lengths.long, structure, &common, LAW_SETTLED);
+    let fit = fit_from(&lengths.long, structure, &common, FINE);
     releases.first().stop.check()?;
     Ok(fit)
 }
