@@ -5,7 +5,7 @@ use crate::diagnosis::flexible;
 use crate::diagnosis::guards::{self, Refusal};
 pub use crate::diagnosis::likelihood::is_explained;
 pub(crate) use crate::diagnosis::likelihood::{beyond, evidence};
-use crate::diagnosis::likelihood::{may_rival, BREADTH, DECISIVE, MOST_EFFECTS, NEAR_NOISE};
+use crate::diagnosis::likelihood::{may_rival, BREADTH, DECISIVE, NEAR_NOISE};
 pub use crate::diagnosis::search_start::present;
 pub(crate) use crate::diagnosis::search_start::SearchStart;
 use crate::effects::Effect;
@@ -15,6 +15,9 @@ use crate::fit::fitting::{reordered, Fitted};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::linear_gain::Screen;
 use rayon::prelude::*;
+
+/// Effects that likelihood may name: of a record of a few cycles five or six explain anything.
+const MOST_BY_LIKELIHOOD: usize = 4;
 
 /// What the search found.
 pub(crate) struct SearchResult {
@@ -87,7 +90,7 @@ fn search_from(decay: &FreeDecay, start: SearchStart) -> Result<SearchResult> {
     // Rounds of pairs, threes and fours, as long as the best so far is not down to the noise or gains by
     // another.
     let mut rounds: Vec<Vec<Fitted>> = vec![singles.clone()];
-    while rounds.len() < MOST_EFFECTS {
+    while rounds.len() < MOST_BY_LIKELIHOOD {
         let last = rounds.last().expect("a round");
         let Some(leader) = best(last) else { break };
         let smaller = if rounds.len() == 1 {
