@@ -135,7 +135,8 @@ fn feeding(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
         let amplitude = least * (largest / least).powf(k as f64 / LOSS_AMPLITUDES as f64);
         let each = losses(model, amplitude);
         let total = zeta.value + each.iter().sum::<f64>();
-        if total < 0.0 {
+        // But for rounding: what takes nothing out adds up to nearly nothing.
+        if total < -f64::EPSILON {
             let worst = (0..effects.len()).min_by(|a, b| each[*a].total_cmp(&each[*b]))?;
             return Some(Refusal {
                 effect: effects[worst].clone(),
