@@ -62,7 +62,10 @@ pub(super) fn instead(
                 || larger.rms_rad() < (1.0 - LEAST_GAIN) * accepted.rms_rad()
         })
         .map(|larger| (gain(&larger), larger))
-        .filter(|(gain, _)| *gain > MARGIN)
+        .filter(|(gain, larger)| {
+            let is_fewer = beyond(plain, larger).len() < simple.len();
+            *gain > if is_fewer { 0.0 } else { MARGIN }
+        })
         .max_by(|a, b| a.0.total_cmp(&b.0));
     best.map(|(_, larger)| larger)
 }
