@@ -1,5 +1,5 @@
-//! Effects that bend to what simpler ones explain: near the noise they stand only where they are clearly
-//! likelier.
+//! Effects that bend to what simpler ones explain: near the noise one stands only where it is clearly likelier,
+//! or no less likely than several.
 
 use crate::bic::MARGIN;
 use crate::diagnosis::likelihood::{beyond, evidence, is_explained, may_rival, NEAR_NOISE};
