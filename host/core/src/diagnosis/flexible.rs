@@ -1,5 +1,5 @@
 //! Effects that bend to what simpler ones explain: near the noise one stands only where it is clearly likelier,
-//! or no less likely than several.
+//! or likelier than several.
 
 use crate::bic::MARGIN;
 use crate::diagnosis::likelihood::{beyond, evidence, is_explained, may_rival, NEAR_NOISE};
@@ -57,14 +57,11 @@ pub(super) fn instead(
         .filter(|(_, screen, effect)| may_rival(screen, effect, accepted))
         .map(|(inner, _, effect)| added(decay, inner, effect))
         .filter(|larger| larger.converged && !is_simple(larger, decay))
-        .filter(|larger| {
-            beyond(plain, larger).len() < simple.len()
-                || larger.rms_rad() < (1.0 - LEAST_GAIN) * accepted.rms_rad()
-        })
         .map(|larger| (gain(&larger), larger))
         .filter(|(gain, larger)| {
             let is_fewer = beyond(plain, larger).len() < simple.len();
-            *gain > if is_fewer { 0.0 } else { MARGIN }
+            let is_nearer = larger.rms_rad() < (1.0 - LEAST_GAIN) * accepted.rms_rad();
+            is_fewer && *gain > 0.0 || is_nearer && *gain > MARGIN
         })
         .max_by(|a, b| a.0.total_cmp(&b.0));
     best.map(|(_, larger)| larger)

@@ -29,14 +29,13 @@ pub(crate) struct PredictedModel {
 
 fn with(lengths: &Lengths, inner: &Model, effect: &Effect) -> Model {
     // The numbers of a user's own need not be a strength: a width of zero is none.
-    let rough = || rough_start(lengths, inner, effect).map(|(_, start)| start);
-    let start = effect.is_own().then(rough).flatten();
+    let start = effect.is_own().then(|| rough_start(lengths, inner, effect)).flatten();
     let start = start.unwrap_or_else(|| vec![0.0; effect.parameters().len()]);
     with_from(lengths, inner, effect, &start)
 }
 
-/// The start from which a rough fit to long pieces comes lowest, and its sum of squares.
-fn rough_start(lengths: &Lengths, inner: &Model, effect: &Effect) -> Option<(f64, Vec<f64>)> {
+/// The start from which a rough fit to long pieces comes lowest.
+fn rough_start(lengths: &Lengths, inner: &Model, effect: &Effect) -> Option<Vec<f64>> {
     let structure = inner.fit.structure.with(effect);
     let pieces: Vec<&Piece> = lengths.long.decays.iter().collect();
     let rough = |start: Vec<f64>| {
@@ -45,7 +44,8 @@ fn rough_start(lengths: &Lengths, inner: &Model, effect: &Effect) -> Option<(f64
         let fit = fit_pieces(&pieces, &structure, &common, states, ROUGH, FIRST_STEPS);
         (fit.sum(), start)
     };
-    lengths.starts(effect).into_par_iter().map(rough).min_by(|a, b| a.0.total_cmp(&b.0))
+    let fits = lengths.starts(effect).into_par_iter().map(rough);
+    fits.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, start)| start)
 }
 
 pub(super) fn judged(lengths: &Lengths, model: Model) -> PredictedModel {
@@ -243,7 +243,7 @@ fn bent(lengths: &Lengths, there: &[Effect], here: PredictedModel) -> Result<Pre
     let better = flexible
         .par_iter()
         .filter_map(|effect| {
-            let (_, start) = rough_start(lengths, &here.model, effect)?;
+            let start = rough_start(lengths, &here.model, effect)?;
             Some(with_from(lengths, &here.model, effect, &start))
         })
         .filter(|model| !is_simpler_one(lengths, model))

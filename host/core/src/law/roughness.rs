@@ -173,6 +173,7 @@ impl<'a> Nearby<'a> {
                     self.total(&a.1).total_cmp(&self.total(&b.1))
                 };
                 let chosen = tried.iter().min_by(least).expect("several are tried");
+                // One that differs from side to side bends to more.
                 let even = matches!(self.law.parts[k].0, Part::Stiffness | Part::Damping);
                 let by = if even { BETTER } else { CHANCE };
                 kept[k] = self.is_better(&chosen.1, &smoothest.1, by);
