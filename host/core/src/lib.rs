@@ -35,6 +35,7 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs, unnameable_types, unreachable_pub)]
 
+pub(crate) mod at_once;
 pub mod bic;
 pub mod derivatives;
 pub mod diagnosis;

@@ -16,6 +16,22 @@ pub fn median(values: &mut [f64]) -> f64 {
     }
 }
 
+/// Value with half of the weight below it and half above; each counts alike where no weight is above zero. Reorders
+/// the pairs of value and weight; NaN for none.
+pub(crate) fn weighted_median(values: &mut [(f64, f64)]) -> f64 {
+    if values.iter().all(|(_, weight)| *weight <= 0.0) {
+        return median(&mut values.iter().map(|(value, _)| *value).collect::<Vec<f64>>());
+    }
+    values.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let total: f64 = values.iter().map(|(_, weight)| weight).sum();
+    let mut below = 0.0;
+    let middle = |(_, weight): &&(f64, f64)| {
+        below += weight;
+        2.0 * below >= total
+    };
+    values.iter().find(middle).map_or(f64::NAN, |(value, _)| *value)
+}
+
 /// Chi squared of so many degrees of freedom that chance exceeds once in a hundred, within 1 % (E. B. Wilson
 /// and M. M. Hilferty, Proc. Nat. Acad. Sci. 17, 1931).
 pub(crate) fn rare_chi_squared(freedom: f64) -> f64 {
@@ -97,6 +113,15 @@ fn trimmed_rms(mut values: Vec<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn half_of_the_weight_is_on_either_side_of_a_weighted_median() {
+        assert_eq!(weighted_median(&mut [(9.0, 1.0), (1.0, 1.0), (2.0, 1.0)]), 2.0);
+        assert_eq!(weighted_median(&mut [(9.0, 5.0), (1.0, 1.0), (2.0, 1.0)]), 9.0);
+        assert_eq!(weighted_median(&mut [(9.0, 0.0), (1.0, 0.0), (2.0, 1.0)]), 2.0);
+        assert_eq!(weighted_median(&mut [(9.0, 0.0), (1.0, 0.0)]), 5.0);
+        assert!(weighted_median(&mut []).is_nan());
+    }
 
     #[test]
     fn the_median_of_even_and_odd_numbers() {

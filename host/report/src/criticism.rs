@@ -2,7 +2,7 @@
 
 use super::{CandidateRow, EffectFound, ParameterRow, StaircaseStep};
 use std::collections::BTreeMap;
-use yawrig_core::diagnosis::diagnose;
+use yawrig_core::diagnosis::diagnose::{self, Diagnosis};
 use yawrig_core::effects::Effect;
 use yawrig_core::quantity::Quantity;
 use yawrig_core::record::Measurand;
@@ -12,8 +12,7 @@ pub const SECOND_ORDER: &str = "second order";
 
 pub fn steps(steps: &[diagnose::Step], first: &str) -> Vec<StaircaseStep> {
     let step = |s: &diagnose::Step| StaircaseStep {
-        name: <std::option::Option<yawrig_core::effects::Effect> as Clone>::clone(&s.added)
-            .map_or_else(|| first.to_owned(), |e| format!("+ {e}")),
+        name: s.added.as_ref().map_or_else(|| first.to_owned(), |e| format!("+ {e}")),
         residual_rms_deg: s.residual_rms_deg,
         residual_over_noise: s.residual_over_noise,
         held_out_over_noise: s.held_out_over_noise,
@@ -73,8 +72,8 @@ pub fn pairs(pairs: &[[Effect; 2]]) -> Vec<[String; 2]> {
 }
 
 /// One sentence.
-pub fn verdict(status: diagnose::Status, effects: &[Effect]) -> String {
-    format!("{}.", capital(&diagnose::verdict(status, effects, diagnose::SECOND_ORDER)))
+pub fn verdict(d: &Diagnosis) -> String {
+    format!("{}.", capital(&d.verdict(diagnose::SECOND_ORDER)))
 }
 
 /// With a capital letter.

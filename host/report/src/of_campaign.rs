@@ -63,7 +63,7 @@ pub fn of_campaign(path: &Path, also: &Also, made: Made) -> Result<Report> {
     report.inertia_kg_m2 = inertia.into_iter().filter_map(|(a, q)| Some((a, q?))).collect();
     report.points = table.points.iter().map(PointReport::from).collect();
     let d = &diagnosed.diagnosis;
-    report.verdict = verdict(d.status, &d.effects);
+    report.verdict = verdict(d);
     if let (Some(derivatives), false) = (&d.derivatives, d.effects.is_empty()) {
         report.points_before = derivatives.before.iter().map(PointReport::from).collect();
         report.points = derivatives.after.iter().map(PointReport::from).collect();

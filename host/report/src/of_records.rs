@@ -165,7 +165,7 @@ fn release(
 ) -> ReleaseReport {
     let Diagnosed { diagnosis: d, decays, singles, path } = diagnosed;
     let decay = &decays[0];
-    *sentence = verdict(d.status, &d.effects);
+    *sentence = verdict(d);
     let (plain, last) = (&path[0][0], diagnosed.last(0));
     let with = with_effects(last);
     let mut models: Vec<(&str, &Fitted)> = vec![(SECOND_ORDER, plain)];

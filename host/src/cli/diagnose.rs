@@ -21,7 +21,7 @@ use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
 use yawrig_campaign::CampaignFile;
 use yawrig_core::diagnosis::diagnose::{
-    diagnose, name_of, verdict, Common, Diagnosis, Grouping, Options, Status,
+    diagnose, name_of, Common, Diagnosis, Grouping, Options, Status,
 };
 use yawrig_core::record::Record;
 use yawrig_model::document::{is_model, Model};
@@ -127,8 +127,7 @@ impl Diagnose {
         };
         let outcome = self.judged(case, true)?;
         let d = &outcome.diagnosed.diagnosis;
-        let answer =
-            Answer::new(&object(&outcome, &[]), verdict(d.status, &d.effects, outcome.model))?;
+        let answer = Answer::new(&object(&outcome, &[]), d.verdict(outcome.model))?;
         Ok(match outcome.records.is_empty() {
             true => answer,
             false => answer.drawn_from(Drawn::Diagnosed(outcome.records, outcome.diagnosed.into())),

@@ -5,7 +5,7 @@ use super::model::{amplitude_rows, parameter};
 use super::roll;
 use std::fmt::Write as _;
 use yawrig_core::derivatives::table::Point;
-use yawrig_core::diagnosis::diagnose::{verdict, BeforeAndAfter, Diagnosis, HeldOut, Step};
+use yawrig_core::diagnosis::diagnose::{BeforeAndAfter, Diagnosis, HeldOut, Step};
 use yawrig_core::effects::Effect;
 use yawrig_core::quantity::Quantity;
 use yawrig_core::record::Measurand;
@@ -28,7 +28,7 @@ pub fn of(name: &str, d: &Diagnosis, model: &str) -> String {
         (false, 1) => name.to_owned(),
         (false, _) => format!("{count} releases"),
     };
-    let verdict = verdict(d.status, &d.effects, model);
+    let verdict = d.verdict(model);
     let noise = format!("noise {} {}", sized(measurand, d.noise_rms_deg, 4), measurand.unit());
     let modal = d.modal.map_or(String::new(), |modal| {
         format!("wn {} rad/s, zeta {}, ", modal.natural_frequency_rad_s, modal.damping_ratio)

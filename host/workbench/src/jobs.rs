@@ -13,7 +13,7 @@ use std::slice::from_ref;
 use std::sync::Arc;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
-use yawrig_core::diagnosis::diagnose::{self, verdict, Diagnosed, Grouping, SECOND_ORDER};
+use yawrig_core::diagnosis::diagnose::{self, Diagnosed, Grouping, SECOND_ORDER};
 use yawrig_core::effects::{Effect, MEASURED_LAW};
 use yawrig_core::record::Record;
 use yawrig_model::document::RecordEntry;
@@ -228,7 +228,7 @@ fn diagnose(app: &Arc<App>, taken: &Taken, id: usize) -> Result<String> {
     let mut ghosts: Vec<Ghost> = ghosts(&diagnosed);
     ghosts.extend(Ghost::of_diagnosis(&diagnosed));
     let model = presented(&taken.standing);
-    let text = verdict(diagnosed.diagnosis.status, &diagnosed.diagnosis.effects, model);
+    let text = diagnosed.diagnosis.verdict(model);
     let mut session = app.session();
     if !session.is_of(id, &source) {
         return Err(cut_meanwhile());
@@ -273,7 +273,7 @@ fn judge(app: &Arc<App>, taken: &Taken) -> Result<String> {
         ..Default::default()
     };
     let judged = yawrig_campaign::diagnose(&file, &options)?.diagnosis;
-    let text = verdict(judged.status, &judged.effects, SECOND_ORDER);
+    let text = judged.verdict(SECOND_ORDER);
     app.session().judged = Some(Arc::new(judged));
     Ok(text)
 }
@@ -299,7 +299,7 @@ fn together(app: &Arc<App>, taken: &Taken) -> Result<String> {
     }
     let records: Vec<Record> = loaded.iter().map(|loaded| loaded.record.clone()).collect();
     let found = diagnose::diagnose(&records, &Grouping::default(), &options)?.diagnosis;
-    let text = verdict(found.status, &found.effects, presented(&taken.standing));
+    let text = found.verdict(presented(&taken.standing));
     let said = format!("the {} ticked releases together: {text}", records.len());
     let sentence = found.sentence;
     app.session().together = Some(Together { about, text: said.clone(), sentence });

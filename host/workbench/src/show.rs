@@ -10,7 +10,7 @@ use std::sync::Arc;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::diagnosis::amplitude::AmplitudePoint;
 use yawrig_core::diagnosis::compare::{locate_within, Where};
-use yawrig_core::diagnosis::diagnose::{verdict, SECOND_ORDER};
+use yawrig_core::diagnosis::diagnose::SECOND_ORDER;
 use yawrig_core::effects::Card;
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::Fitted;
@@ -276,7 +276,7 @@ pub fn candidates(app: &App, id: usize) -> Result<Value> {
     });
     let verdict = diagnosed.map(|d| {
         let model = if in_model.is_empty() { SECOND_ORDER } else { "the present model" };
-        verdict(d.diagnosis.status, &d.diagnosis.effects, model)
+        d.diagnosis.verdict(model)
     });
     let alike = diagnosed.iter().flat_map(|d| &d.diagnosis.indistinguishable).map(|[a, b]| {
         format!(
@@ -312,8 +312,7 @@ pub fn derivatives(app: &App) -> Value {
     let mut out = json!({"has_campaign": true, "before": before, "after": after});
     if let Some(judged) = judged {
         out["judged"] = json!({
-            "verdict": verdict(
-                judged.status, &judged.effects, SECOND_ORDER),
+            "verdict": judged.verdict(SECOND_ORDER),
             "effects": judged.effects,
             "origin": judged.origin,
             "origin_reason": judged.origin_reason,

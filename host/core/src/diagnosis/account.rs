@@ -1,5 +1,6 @@
 //! How much of what a plain model misses the surviving effects account for, and what is left.
 
+use crate::at_once::AtOnce;
 use crate::bic;
 use crate::diagnosis::answer::Candidate;
 use crate::diagnosis::flexible::is_simple;
@@ -14,7 +15,6 @@ use crate::fit::at_amplitude::with_discrepancy;
 use crate::fit::fitting::{refitted, Fitted, Limit, Number};
 use crate::fit::free_decay::FreeDecay;
 use crate::quantity::{Quantity, CHANCE};
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// One model on the way from plain to final.
@@ -119,7 +119,7 @@ pub(crate) fn account(
     )?;
     let smaller = &survivors.path[..survivors.path.len() - 1];
     let mut fits: Vec<Fitted> =
-        smaller.par_iter().map(|judged| of_judged(decay, &survivors, judged)).collect();
+        smaller.iter().map_at_once(|judged| of_judged(decay, &survivors, judged)).collect();
     fits.push(last);
     decay.stop.check()?;
     let rest = fits.last().and_then(Fitted::rest_rad).expect("a rest angle that was fitted");

@@ -1,11 +1,11 @@
 //! Effects that predict as well in the place of one that survives: what a record cannot distinguish.
 
+use crate::at_once::AtOnce;
 use crate::diagnosis::over_pieces::Model;
 use crate::diagnosis::prediction::LEAST_GAIN;
 use crate::diagnosis::survivors::{judged, PredictedModel, Survivors};
 use crate::effects::Effect;
 use crate::error::Result;
-use rayon::prelude::*;
 
 /// For an effect that survives, every other that predicts as well in its place and is `allowed`.
 ///
@@ -31,12 +31,12 @@ pub(super) fn alike(
         .filter_map(|model| Some((swapped(model)?, model)))
         .collect();
     let mut found: Vec<[Effect; 2]> = rivals
-        .into_par_iter()
-        .filter(|(_, model)| {
-            let rival = judged(&survivors.lengths, (*model).clone());
-            !last.predicts_better_than(&rival) && allowed(&rival)
+        .into_iter()
+        .map_at_once(|(pair, model)| {
+            let rival = judged(&survivors.lengths, model.clone());
+            (!last.predicts_better_than(&rival) && allowed(&rival)).then_some(pair)
         })
-        .map(|(pair, _)| pair)
+        .flatten()
         .collect();
     survivors.lengths.stop.check()?;
     found.sort_unstable();

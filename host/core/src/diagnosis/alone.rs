@@ -1,12 +1,12 @@
 //! The releases of a rig, each judged by itself, and what their answers say together.
 
+use crate::at_once::AtOnce;
 use crate::diagnosis::answer::{Candidate, Diagnosed, Options};
 use crate::diagnosis::one::of_one;
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::free_decay::FreeDecay;
 use crate::record::Record;
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 pub(crate) struct Alone {
@@ -25,8 +25,8 @@ impl Alone {
         options: &Options,
     ) -> Result<Self> {
         let one = |&i: &usize| of_one(&records[i], decays[i].clone(), options);
-        let answers: Vec<Result<Diagnosed>> = which.par_iter().map(one).collect();
-        Ok(Self { which, answers: answers.into_iter().collect::<Result<_>>()? })
+        let answers = which.iter().map_at_once(one).collect::<Result<_>>()?;
+        Ok(Self { which, answers })
     }
 
     /// What was said of a release, where it was judged.

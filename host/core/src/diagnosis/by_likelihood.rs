@@ -1,5 +1,6 @@
 //! The answer by likelihood: which effects, or which random forcing, bring a model near the noise down to it.
 
+use crate::at_once::AtOnce;
 use crate::bic;
 use crate::diagnosis::answer::{step, Candidate, Diagnosed, Diagnosis, HeldOut, Status, Step};
 use crate::diagnosis::buffeting::{self, Buffeted};
@@ -16,7 +17,6 @@ use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::quantity::Quantity;
 use crate::record::Record;
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::slice::from_ref;
 
@@ -187,7 +187,7 @@ fn buffeted_verdict(
 
 fn steps(decay: &FreeDecay, path: &[Fitted]) -> Vec<Step> {
     let added = |k, model: &Fitted| if k == 0 { 0 } else { model.structure.effects.len() };
-    path.par_iter().enumerate().map(|(k, model)| step(decay, model, added(k, model))).collect()
+    path.iter().enumerate().map_at_once(|(k, model)| step(decay, model, added(k, model))).collect()
 }
 
 fn candidates(

@@ -1,6 +1,7 @@
 //! The verdict on a campaign: which effects its releases need together, where each comes from, and what it
 //! does to the derivatives.
 
+use crate::at_once::AtOnce;
 use crate::derivatives::campaign::Campaign as Made;
 use crate::derivatives::condition::{settings, Identified};
 use crate::derivatives::table::Point;
@@ -9,7 +10,7 @@ use crate::diagnosis::answer::{
     BeforeAndAfter, Coefficient, Condition, Diagnosed, Diagnosis, HeldOut, Options, Status, Step,
 };
 use crate::diagnosis::buffeting::Buffeted;
-use crate::diagnosis::campaign_fit::{Campaign, Shared, SharedEffect, OWN};
+use crate::diagnosis::campaign_fit::{Campaign, Shared, SharedEffect};
 use crate::diagnosis::origin::{self, Origin, Plan};
 use crate::diagnosis::releases::{self, ReleaseAnswers, Releases};
 use crate::diagnosis::verdict::{Chosen, SECOND_ORDER};
@@ -20,7 +21,6 @@ use crate::fit::free_decay::FreeDecay;
 use crate::identify::{identify, Method, Settings};
 use crate::quantity::Quantity;
 use crate::record::Record;
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -113,8 +113,7 @@ impl Campaign<'_> {
         };
         let seen = self.by_condition(intensity);
         let (origin, reason) = origin::decide(&seen, &effect.parameters()[0].unit);
-        let groups = (0..forced.len()).map(Some).collect();
-        let plan = Plan { name: OWN, groups };
+        let plan = Plan::of_all(origin, forced.iter().map(|_| true)).of_each();
         let decays = &self.releases.decays;
         for (i, (release, b)) in out.releases.iter_mut().zip(forced).enumerate() {
             release.is_filtered(&decays[i], b.over_noise);
@@ -145,7 +144,7 @@ impl Campaign<'_> {
     /// by its plain model.
     fn linear(&self, plain: &[Fitted]) -> Result<Vec<Identified>> {
         let fitted = self.identified(plain.iter().map(Fitted::modal));
-        let found = self.records.par_iter().zip(fitted).map(|(record, fitted)| {
+        let found = self.records.iter().zip(fitted).map_at_once(|(record, fitted)| {
             self.releases.check()?;
             let found = identify(record, &[Method::LeastSquares], &Settings::default()).ok();
             Ok(found.and_then(Identified::of).unwrap_or(fitted))

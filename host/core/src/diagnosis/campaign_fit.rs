@@ -1,12 +1,13 @@
 //! A campaign's releases fitted with what their coefficients allow in common, and tried on what was held out.
 
+use crate::at_once::AtOnce;
 use crate::bic::{self, MARGIN};
 use crate::derivatives::campaign::Campaign as Made;
 use crate::derivatives::condition::Setting;
 use crate::diagnosis::answer::{HeldOut, Step, FITTED_SHARE};
 use crate::diagnosis::buffeting::{self, Buffeted};
 use crate::diagnosis::likelihood::are_explained;
-use crate::diagnosis::origin::{self, weighted_mean, Origin, Plan, Seen};
+use crate::diagnosis::origin::{self, weighted_mean, Origin, Plan, Seen, OWN};
 use crate::diagnosis::releases::{
     from_others, over_noise, ModelOfReleases, ReleaseAnswers, Releases,
 };
@@ -17,11 +18,7 @@ use crate::fit::free_decay::FreeDecay;
 use crate::fit::joint::{self, JointFit, Release, Sharing};
 use crate::quantity::Quantity;
 use crate::record::Record;
-use rayon::prelude::*;
 use std::collections::BTreeMap;
-
-/// The sharing where no two releases have a coefficient in common.
-pub(super) const OWN: &str = "each release its own";
 
 /// A model with the origin of its effects, and all releases fitted with the numbers they share.
 pub(super) struct Shared {
@@ -79,9 +76,9 @@ impl Campaign<'_> {
         // Each release once more, for the uncertainties of coefficients that ended at zero.
         let single = Sharing::none(1, effects.len());
         let alone: Vec<JointFit> = whole
-            .par_iter()
+            .iter()
             .zip(&model.fits)
-            .map(|(release, fit)| {
+            .map_at_once(|(release, fit)| {
                 let start = fit.in_order_of(&structure).0;
                 joint::fit(&[*release], &structure, &single, &[start])
             })
@@ -91,29 +88,38 @@ impl Campaign<'_> {
         let effective: f64 = fits.iter().map(|fit| fit.effective_count()).sum();
         let mut attributed: Vec<SharedEffect> =
             effects.iter().map(|effect| self.attributed(effect, &fits, effective)).collect();
-        let sharing =
-            Sharing { effects: attributed.iter().map(|e| e.plan.groups.clone()).collect(), ..own };
-        let joint = joint::fit_from(&whole, &structure, &sharing, &fits);
-        self.releases.check()?;
+        let together = |attributed: &[SharedEffect]| {
+            let groups = attributed.iter().map(|e| e.plan.groups.clone()).collect();
+            joint::fit_from(&whole, &structure, &Sharing { effects: groups, ..own.clone() }, &fits)
+        };
         // What is shared is chosen on the coefficients alone; whether it holds is tried on the releases.
         let squares: f64 = alone.iter().map(|joint| joint.sum_of_squares).sum();
         let numbers: usize = alone.iter().map(|joint| joint.parameters.len()).sum();
-        let fewer = numbers.saturating_sub(joint.parameters.len()) as f64;
-        let lost = bic::gain(joint.sum_of_squares, squares, effective, fewer);
-        if joint.converged && lost < MARGIN {
-            let joint = joint.with_discrepancy(&whole);
-            return Ok(Shared { joint, effects: attributed });
-        }
-        for effect in &mut attributed {
-            effect.plan.name = OWN;
-            let groups = &mut effect.plan.groups;
-            groups.iter_mut().enumerate().for_each(|(i, g)| *g = g.map(|_| i));
-        }
-        let sharing = Sharing {
-            effects: attributed.iter().map(|e| e.plan.groups.clone()).collect(),
-            ..sharing
+        let holds = |joint: &JointFit| {
+            let fewer = numbers.saturating_sub(joint.parameters.len()) as f64;
+            let lost = bic::gain(joint.sum_of_squares, squares, effective, fewer);
+            eprintln!(
+                "converged {} lost {lost} joint {} alone {squares} numbers {} {numbers}",
+                joint.converged,
+                joint.sum_of_squares,
+                joint.parameters.len()
+            );
+            joint.converged && lost < MARGIN
         };
-        let joint = joint::fit_from(&whole, &structure, &sharing, &fits).with_discrepancy(&whole);
+        let mut joint = together(&attributed);
+        // A line's frequency may be another in each release where one coefficient of the rest holds in all.
+        let is_line: fn(&Effect) -> bool = |effect| effect.parameters().len() > 1;
+        for may_be_own in [is_line, |_| true] {
+            self.releases.check()?;
+            let shared = attributed.iter_mut().filter(|e| e.plan.name != OWN);
+            let shared: Vec<&mut SharedEffect> = shared.filter(|e| may_be_own(&e.effect)).collect();
+            if holds(&joint) || shared.is_empty() {
+                continue;
+            }
+            shared.into_iter().for_each(|e| e.plan = e.plan.of_each());
+            joint = together(&attributed);
+        }
+        let joint = joint.with_discrepancy(&whole);
         Ok(Shared { joint, effects: attributed })
     }
 
@@ -126,11 +132,14 @@ impl Campaign<'_> {
                 "; a sensor that was not zeroed shows as a moment that changes with the stiffness: fit with an unknown zero",
             );
         }
-        let is_line = effect.parameters().len() > 1 || effect.belongs_to_release(0);
-        let plan = if is_line {
-            let there = |i| origin != Origin::Aerodynamic || self.releases.wind_speed_m_s[i] > 0.0;
-            let groups = (0..fits.len()).map(|i| there(i).then_some(i)).collect();
-            Plan { name: OWN, groups }
+        let is_on = self.releases.wind_speed_m_s.iter().map(|v| *v > 0.0);
+        let plan = if effect.belongs_to_release(0) || effect.parameters().len() > 1 {
+            let all = Plan::of_all(origin, is_on);
+            if effect.parameters().len() > 1 {
+                all
+            } else {
+                all.of_each()
+            }
         } else {
             let own: Vec<Seen> = (0..fits.len())
                 .map(|i| {
@@ -212,8 +221,8 @@ impl Campaign<'_> {
         if !judged.alone.mostly(&random, is_on) && !judged.alone.mostly(&random, |i| !is_on(i)) {
             return None;
         }
-        let each = self.releases.decays.par_iter().zip(&judged.path[0].fits);
-        each.map(|(decay, plain)| buffeting::fit(decay, plain)).collect()
+        let each = self.releases.decays.iter().zip(&judged.path[0].fits);
+        each.map_at_once(|(decay, plain)| buffeting::fit(decay, plain)).collect()
     }
 }
 

@@ -10,7 +10,7 @@ use crate::diagnosis::one::of_one;
 pub use crate::diagnosis::over_pieces::fit_over_pieces;
 use crate::diagnosis::several::of_several;
 pub use crate::diagnosis::several_fit::Common;
-pub use crate::diagnosis::verdict::{name_of, verdict, SECOND_ORDER};
+pub use crate::diagnosis::verdict::{name_of, SECOND_ORDER};
 use crate::error::{Error, Result};
 pub use crate::fit::fitting::Modal;
 use crate::fit::free_decay::FreeDecay;

@@ -1,6 +1,7 @@
 //! Effects that bend to what simpler ones explain: near the noise one stands only where it is clearly likelier,
 //! or likelier than several.
 
+use crate::at_once::AtOnce;
 use crate::bic::MARGIN;
 use crate::diagnosis::likelihood::{beyond, evidence, is_explained, may_rival, NEAR_NOISE};
 use crate::diagnosis::prediction::LEAST_GAIN;
@@ -10,7 +11,6 @@ use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::linear_gain::Screen;
 use crate::quantity::Quantity;
-use rayon::prelude::*;
 
 /// Whether what bends in `model` bends to what an effect with a name of its own is.
 pub(super) fn is_simple(model: &Fitted, decay: &FreeDecay) -> bool {
@@ -45,7 +45,8 @@ pub(super) fn instead(
         }
     }
     let flexible: Vec<Effect> = Effect::deterministic().filter(Effect::is_flexible).collect();
-    let screens: Vec<Screen> = inner.par_iter().map(|inner| Screen::new(decay, inner)).collect();
+    let screens: Vec<Screen> =
+        inner.iter().map_at_once(|inner| Screen::new(decay, inner)).collect();
     let tried: Vec<(&Fitted, &Screen, &Effect)> = inner
         .iter()
         .zip(&screens)
@@ -53,9 +54,11 @@ pub(super) fn instead(
         .collect();
     let gain = |larger: &Fitted| evidence(accepted, larger, larger.effective_count());
     let best = tried
-        .into_par_iter()
-        .filter(|(_, screen, effect)| may_rival(screen, effect, accepted))
-        .map(|(inner, _, effect)| added(decay, inner, effect))
+        .into_iter()
+        .map_at_once(|(inner, screen, effect)| {
+            may_rival(screen, effect, accepted).then(|| added(decay, inner, effect))
+        })
+        .flatten()
         .filter(|larger| larger.converged && !is_simple(larger, decay))
         .map(|larger| (gain(&larger), larger))
         .filter(|(gain, larger)| {

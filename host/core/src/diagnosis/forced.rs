@@ -1,6 +1,7 @@
 //! Definite effects of a free decay that is forced at random besides: generalised least squares, residuals
 //! and sensitivities whitened by the Kalman filter of [`crate::motion::random`].
 
+use crate::at_once::AtOnce;
 use crate::bic;
 use crate::bic::MARGIN;
 use crate::diagnosis::buffeting::{self, Buffeted};
@@ -12,7 +13,6 @@ use crate::fit::linear_gain::gain_of_step;
 use crate::fit::problem::{problem_of_one, JointProblem, Release, EVALUATIONS};
 use crate::motion::random::Whitener;
 use crate::solver::{minimise, Fit, Options, Problem, Rows};
-use rayon::prelude::*;
 
 /// Effects beside random forcing, at most, for speed: each is fitted through the filter.
 const MOST_BESIDE: usize = 2;
@@ -140,9 +140,9 @@ fn promising(
     };
     let there = &inner.structure.effects;
     let mut out: Vec<(f64, Effect)> = candidates
-        .par_iter()
+        .iter()
         .filter(|e| !there.contains(e))
-        .map(|e| (evidence(e), e.clone()))
+        .map_at_once(|e| (evidence(e), e.clone()))
         .filter(|(evidence, _)| *evidence > MARGIN)
         .collect();
     out.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -168,16 +168,19 @@ pub(crate) fn search(
         // Lines are looked for in the innovations: the random motion is all about the natural frequency.
         filter.whiten(&mut inner.residuals);
         let best = promising(decay, &inner, &filter, smaller.sum_of_squares, candidates)
-            .par_iter()
-            .flat_map_iter(|e| {
+            .iter()
+            .map_at_once(|e| {
                 let structure = model.structure.with(e);
                 let (inner, filter) = (&inner, &filter);
-                crate::fit::starts::of(decay, inner, e).into_iter().map(move |start| {
+                let starts = crate::fit::starts::of(decay, inner, e).into_iter();
+                let from = starts.map(|start| {
                     let mut p = inner.parameters.clone();
                     p.extend(start);
                     (structure.clone(), solve(decay, &structure, &p, filter))
-                })
+                });
+                from.collect::<Vec<_>>()
             })
+            .flatten()
             .filter(|(_, fit)| fit.stop.is_minimum())
             .map(|(structure, fit)| {
                 let more = (fit.parameters.len() - smaller.parameters.len()) as f64;

@@ -2,6 +2,7 @@
 //! record does, predicted from the earlier one. What drifts is none of them: in one release it varies with the
 //! amplitude as a law does.
 
+use crate::at_once::AtOnce;
 use crate::diagnosis::answer::FITTED_SHARE;
 use crate::diagnosis::guards;
 use crate::diagnosis::likelihood::is_explained;
@@ -16,7 +17,6 @@ use crate::fit::free_decay::FreeDecay;
 use crate::motion::oscillator::damped_rad_s;
 use crate::quantity::CHANCE;
 use crate::record::Derivative;
-use rayon::prelude::*;
 
 /// A model that accounts for most of what a smaller one leaves, and the rms of its later part predicted from
 /// the earlier one, rad.
@@ -67,9 +67,12 @@ fn best(decay: &FreeDecay, inner: &Fitted) -> Option<Fitted> {
             && guards::refusal(larger, decay).is_none()
             && has_size(&with_discrepancy(larger.clone(), decay))
     };
-    all.par_iter()
-        .map(|e| with_lasting_mode(decay, added(decay, inner, e), e))
-        .filter(stands)
+    all.iter()
+        .map_at_once(|e| {
+            let larger = with_lasting_mode(decay, added(decay, inner, e), e);
+            stands(&larger).then_some(larger)
+        })
+        .flatten()
         .min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares))
 }
 

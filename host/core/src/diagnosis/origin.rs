@@ -194,6 +194,28 @@ pub(crate) struct Plan {
     pub(crate) groups: Vec<Option<usize>>,
 }
 
+/// The sharing where no two releases have a coefficient in common.
+pub(super) const OWN: &str = "each release its own";
+/// Those where all have one: of the rig, or of the wind.
+pub(super) const ONE: &str = "one for all releases";
+const ONE_WIND_ON: &str = "one for all wind-on releases";
+
+impl Plan {
+    /// One for all releases, or of an aerodynamic effect for those with the wind on. What belongs to a release
+    /// is its own in any group.
+    pub(crate) fn of_all(origin: Origin, is_on: impl Iterator<Item = bool>) -> Self {
+        let aerodynamic = origin == Origin::Aerodynamic;
+        let groups = is_on.map(|is_on| (is_on || !aerodynamic).then_some(0)).collect();
+        Self { name: if aerodynamic { ONE_WIND_ON } else { ONE }, groups }
+    }
+
+    /// The same releases with nothing in common.
+    pub(crate) fn of_each(&self) -> Self {
+        let groups = self.groups.iter().enumerate().map(|(i, group)| group.map(|_| i)).collect();
+        Self { name: OWN, groups }
+    }
+}
+
 /// The fewest coefficients that tell the releases' own (in the order of `seen`, one for each) apart no worse
 /// than many do: sum of squared misfits over their uncertainties, and ln(`effective`) for each coefficient.
 /// An aerodynamic effect is left out of the wind-off releases.
@@ -201,7 +223,7 @@ pub(crate) fn plan(origin: Origin, seen: &[Seen], effective: f64) -> Plan {
     let aerodynamic = origin == Origin::Aerodynamic;
     type Same = fn(&Seen, &Seen) -> bool;
     let levels: [(&str, &str, Same); 5] = [
-        ("one for all releases", "one for all wind-on releases", |_, _| true),
+        (ONE, ONE_WIND_ON, |_, _| true),
         ("one for each axis", "one for each axis with the wind on", |a, b| a.axis == b.axis),
         ("one for each wind speed", "one for each wind speed, none with it off", |a, b| {
             is_same_speed(a.wind_speed_m_s, b.wind_speed_m_s)

@@ -1,6 +1,7 @@
 //! Which effects several releases need: each is judged by itself, and what their answers name is tried in all
 //! of them, each with numbers of its own.
 
+use crate::at_once::AtOnce;
 use crate::bic::{self, MARGIN};
 use crate::diagnosis::alone::Alone;
 use crate::diagnosis::answer::Options;
@@ -16,7 +17,6 @@ use crate::fit::free_decay::FreeDecay;
 use crate::fit::joint::{self, JointFit, Release, Sharing};
 use crate::quantity::Quantity;
 use crate::record::{same_measurand, Record};
-use rayon::prelude::*;
 
 /// So many releases are judged by themselves, those that the model explains worst that is there already.
 const JUDGED: usize = 8;
@@ -41,7 +41,7 @@ impl Releases {
         };
         // Collected first, so that of several bad records always the first is named.
         let decays: Vec<Result<FreeDecay>> =
-            records.par_iter().zip(&wind_speed_m_s).map(one).collect();
+            records.iter().zip(&wind_speed_m_s).map_at_once(one).collect();
         same_measurand(records)?;
         Ok(Self { decays: decays.into_iter().collect::<Result<_>>()?, wind_speed_m_s })
     }
@@ -145,7 +145,8 @@ pub(crate) fn judge(
     };
     let effects = structure.effects.clone();
     let there = effects.len();
-    let plain = ModelOfReleases { effects, fits: releases.decays.par_iter().map(plain).collect() };
+    let plain =
+        ModelOfReleases { effects, fits: releases.decays.iter().map_at_once(plain).collect() };
     releases.check()?;
     let alone = Alone::of(records, plain.worst(releases), &releases.decays, options)?;
     for (of, release) in alone.answers.iter().zip(&alone.which) {
@@ -217,7 +218,7 @@ fn each(
         let nearer = |known: &Fitted| known.sum_of_squares < fitted.sum_of_squares;
         Ok(known.filter(nearer).unwrap_or(fitted))
     };
-    inner.fits.par_iter().enumerate().map(one).collect()
+    inner.fits.iter().enumerate().map_at_once(one).collect()
 }
 
 /// The model with all `named` effects, each release from its own answer.
@@ -249,7 +250,7 @@ fn begun(
         let numbers = model.numbers_for(&structure).expect("all effects");
         Ok(refitted(decay, &structure, &numbers))
     };
-    let fits = plain.fits.par_iter().enumerate().map(one).collect::<Result<_>>()?;
+    let fits = plain.fits.iter().enumerate().map_at_once(one).collect::<Result<_>>()?;
     Ok(ModelOfReleases { effects, fits })
 }
 
@@ -331,5 +332,5 @@ pub(super) fn from_others(
         }
         refitted(&decays[release], &structure, &joint.fits[release].parameters)
     };
-    held.par_iter().map(known).collect()
+    held.iter().map_at_once(known).collect()
 }

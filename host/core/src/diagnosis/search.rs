@@ -1,5 +1,6 @@
 //! Which effects a free decay needs: each alone, the best in one model, the needless taken out again.
 
+use crate::at_once::AtOnce;
 use crate::bic::{self, MARGIN};
 use crate::diagnosis::flexible;
 use crate::diagnosis::guards::{self, Refusal};
@@ -14,7 +15,6 @@ use crate::fit::about_rest::{added, removed};
 use crate::fit::fitting::{reordered, Fitted};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::linear_gain::Screen;
-use rayon::prelude::*;
 
 /// Effects that likelihood may name: of a record of a few cycles five or six explain anything.
 const MOST_BY_LIKELIHOOD: usize = 4;
@@ -166,7 +166,8 @@ pub(super) fn criterion(model: &Fitted) -> f64 {
 fn beside(decay: &FreeDecay, model: &Fitted, all: &[Effect]) -> Vec<Fitted> {
     let n = model.effective_count();
     let screen = Screen::new(decay, model);
-    let predicted = all.par_iter().filter(|e| !model.structure.effects.contains(e)).map(|e| {
+    let others = all.iter().filter(|e| !model.structure.effects.contains(e));
+    let predicted = others.map_at_once(|e| {
         let (left, more) = screen.left_with(e);
         (bic::gain(model.sum_of_squares, left, n, more as f64), e)
     });
@@ -175,7 +176,7 @@ fn beside(decay: &FreeDecay, model: &Fitted, all: &[Effect]) -> Vec<Fitted> {
     let of_library = predicted.iter().filter(|p| !p.1.is_own());
     let most = of_library.map(|p| p.0).fold(f64::NEG_INFINITY, f64::max);
     let tried = |p: &&(f64, &Effect)| p.0 > MARGIN.max(most - DECISIVE) || p.1.is_own();
-    predicted.par_iter().filter(tried).map(|(_, e)| added(decay, model, e)).collect()
+    predicted.iter().filter(tried).map_at_once(|(_, e)| added(decay, model, e)).collect()
 }
 
 /// Each of the `width` best with the effects of the largest linear gain beside it, each set once; beside a
@@ -187,14 +188,17 @@ fn expanded(decay: &FreeDecay, round: &[Fitted], all: &[Effect], width: usize) -
     let near = |m: &Fitted| m.over_noise(decay) < NEAR_NOISE;
     let leader = order.first().copied().filter(|m| near(m));
     let promising: Vec<Vec<(f64, Effect)>> = order
-        .par_iter()
-        .map(|inner| {
+        .iter()
+        .map_at_once(|inner| {
             let screen = Screen::new(decay, inner);
             let mut out: Vec<(f64, Effect)> = all
-                .par_iter()
+                .iter()
                 .filter(|e| !inner.structure.effects.contains(e))
-                .filter(|e| e.is_own() || leader.is_none_or(|m| may_rival(&screen, e, m)))
-                .map(|e| (screen.left_with(e).0, e.clone()))
+                .map_at_once(|e| {
+                    let may = e.is_own() || leader.is_none_or(|m| may_rival(&screen, e, m));
+                    may.then(|| (screen.left_with(e).0, e.clone()))
+                })
+                .flatten()
                 .collect();
             out.sort_by(|a, b| a.0.total_cmp(&b.0));
             out
@@ -217,7 +221,7 @@ fn expanded(decay: &FreeDecay, round: &[Fitted], all: &[Effect], width: usize) -
             }
         }
     }
-    jobs.into_par_iter().map(|(inner, effect)| added(decay, inner, &effect)).collect()
+    jobs.into_iter().map_at_once(|(inner, effect)| added(decay, inner, &effect)).collect()
 }
 
 /// A model none of whose effects is needless.
@@ -231,8 +235,10 @@ struct Pruned {
 fn pruned(decay: &FreeDecay, plain: &Fitted, mut model: Fitted) -> Pruned {
     loop {
         let effective = model.effective_count();
-        let without: Vec<Fitted> =
-            beyond(plain, &model).par_iter().map(|effect| removed(decay, &model, effect)).collect();
+        let without: Vec<Fitted> = beyond(plain, &model)
+            .iter()
+            .map_at_once(|effect| removed(decay, &model, effect))
+            .collect();
         let needless = without
             .iter()
             .filter(|s| s.converged && !is_worth(s, &model, effective))
@@ -282,12 +288,15 @@ fn rivals(
         }
         let screen = Screen::new(decay, inner);
         outside
-            .par_iter()
-            .filter(|e| may_rival(&screen, e, model) && as_good(&added(decay, inner, e)))
-            .map(|e| (inside.clone(), e.clone()))
+            .iter()
+            .map_at_once(|e| {
+                let rivals = may_rival(&screen, e, model) && as_good(&added(decay, inner, e));
+                rivals.then(|| (inside.clone(), e.clone()))
+            })
+            .flatten()
             .collect()
     };
-    effects.par_iter().zip(without).flat_map_iter(in_place_of).collect()
+    effects.iter().zip(without).map_at_once(in_place_of).flatten().collect()
 }
 
 /// From plain to the accepted model, the effect that helps most first: what is missed least is taken out
@@ -304,7 +313,7 @@ fn path(plain: &Fitted, accepted: Pruned, singles: &[Fitted], decay: &FreeDecay)
                 let left = larger.structure.without(effect).effects;
                 known(&left).unwrap_or_else(|| removed(decay, larger, effect))
             };
-            without = beyond(plain, larger).par_iter().map(less).collect();
+            without = beyond(plain, larger).iter().map_at_once(less).collect();
         }
         let least = without
             .drain(..)

@@ -1,5 +1,6 @@
 //! What a search begins with: the model that is there, and every effect beside it, one at a time.
 
+use crate::at_once::AtOnce;
 use crate::bic::MARGIN;
 use crate::diagnosis::answer::Options;
 use crate::diagnosis::guards::Refusal;
@@ -7,7 +8,6 @@ use crate::effects::Effect;
 use crate::error::{Error, Result};
 use crate::fit::fitting::{fit_added, fit_plain_within, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
-use rayon::prelude::*;
 
 /// The model that is there already ([`Options::present`]), fitted to `decay`.
 ///
@@ -50,7 +50,7 @@ impl SearchStart {
             }
         }
         candidates.retain(|e| !plain.structure.effects.contains(e));
-        let singles = candidates.par_iter().map(|e| fit_added(decay, &plain, e)).collect();
+        let singles = candidates.iter().map_at_once(|e| fit_added(decay, &plain, e)).collect();
         decay.stop.check()?;
         Ok(Self { plain, candidates, singles })
     }

@@ -8,9 +8,9 @@
 use crate::diagnosis::answer::{
     Diagnosed, Diagnosis, HeldOut, Options, ReleaseVerdict, Status, Step,
 };
-use crate::diagnosis::campaign_fit::{in_common, OWN};
+use crate::diagnosis::campaign_fit::in_common;
 use crate::diagnosis::likelihood::are_explained;
-use crate::diagnosis::origin::weighted_mean;
+use crate::diagnosis::origin::{weighted_mean, ONE, OWN};
 use crate::diagnosis::releases::{self, ReleaseAnswers, Releases};
 use crate::diagnosis::several_fit::{by_prediction, in_common_at_once, Common, Path, Predicted};
 use crate::diagnosis::verdict::{name_of, Chosen};
@@ -74,7 +74,7 @@ pub(super) fn of_several(
     let (steps, effects) = steps(&releases.decays, &path, common, named, present);
     let shared = |e: &Effect| {
         let own = common.own.contains(e) || e.moves_rest();
-        (e.to_string(), if own { OWN } else { "one for all releases" })
+        (e.to_string(), if own { OWN } else { ONE })
     };
     let sharing = effects.iter().map(shared).collect();
     let (plain, last) = (&path[0].joint.fits, &path[path.len() - 1].joint.fits);

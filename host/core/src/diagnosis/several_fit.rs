@@ -1,6 +1,7 @@
 //! The models of several releases of one rig: effects that all of them need at once, or those that survive
 //! prediction over the pieces of all.
 
+use crate::at_once::AtOnce;
 use crate::diagnosis::account;
 use crate::diagnosis::alike::alike;
 use crate::diagnosis::answer::Options;
@@ -16,7 +17,6 @@ use crate::fit::fitting::{fit_added, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::joint::{self, JointFit, Release, Sharing};
 use crate::law;
-use rayon::prelude::*;
 
 /// What the releases have in common.
 #[derive(Clone, Debug, Default)]
@@ -59,7 +59,7 @@ pub(super) fn in_common_at_once(
     let joint = joint::fit_from(&whole, &structure, &sharing, &fits);
     // Each is held out once.
     let alone = |i| from_others(&releases.decays, &joint, &[i], |_, _| None);
-    let held: Vec<Fitted> = (0..n).into_par_iter().flat_map(alone).collect();
+    let held: Vec<Fitted> = (0..n).map_at_once(alone).flatten().collect();
     let held_out_over_noise = over_noise(&held, &releases.decays);
     let joint = joint.with_discrepancy(&whole);
     Path { effects: model.effects.clone(), joint, held_out_over_noise }
@@ -78,8 +78,8 @@ fn lines_beside(
     for line in lines.filter(|line| line.dies_out() || judged.alone.mostly(line, |_| true)) {
         releases.check()?;
         let here = found.last().unwrap_or(last);
-        let inner = releases.decays.par_iter().zip(&here.joint.fits);
-        let fits = inner.map(|(decay, fit)| fit_added(decay, fit, &line)).collect();
+        let inner = releases.decays.iter().zip(&here.joint.fits);
+        let fits = inner.map_at_once(|(decay, fit)| fit_added(decay, fit, &line)).collect();
         let effects = here.effects.iter().cloned().chain([line]).collect();
         let longer = in_common_at_once(releases, &ModelOfReleases { effects, fits }, common);
         if longer.joint.sum_of_squares < MOST_LEFT * here.joint.sum_of_squares {

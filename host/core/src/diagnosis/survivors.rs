@@ -4,6 +4,7 @@
 //! about the rest. Effects are added one at a time, the one whose addition predicts best first, as long as
 //! the prediction of what was not fitted gains by it; what others have made needless is taken out again.
 
+use crate::at_once::AtOnce;
 use crate::diagnosis::likelihood::{BREADTH, MOST_EFFECTS};
 use crate::diagnosis::over_pieces::{fitted, plain_start, with_from, without, Lengths, Model};
 use crate::diagnosis::prediction::{predict, Prediction, LEAST_GAIN};
@@ -15,7 +16,6 @@ use crate::fit::pieces::Piece;
 use crate::fit::segments::{fit_pieces, FIRST_STEPS, ROUGH};
 use crate::law::releases::Releases;
 use crate::quantity::Quantity;
-use rayon::prelude::*;
 
 /// Share by which an effect that bends to what simpler ones explain has to predict better.
 const CLEAR_GAIN: f64 = 0.4;
@@ -44,7 +44,7 @@ fn rough_start(lengths: &Lengths, inner: &Model, effect: &Effect) -> Option<Vec<
         let fit = fit_pieces(&pieces, &structure, &common, states, ROUGH, FIRST_STEPS);
         (fit.sum(), start)
     };
-    let fits = lengths.starts(effect).into_par_iter().map(rough);
+    let fits = lengths.starts(effect).into_iter().map_at_once(rough);
     fits.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, start)| start)
 }
 
@@ -80,7 +80,7 @@ fn expanded(lengths: &Lengths, models: &[Model], all: &[Effect]) -> Vec<Model> {
             }
         }
     }
-    let mut out: Vec<Model> = jobs.into_par_iter().map(|(m, e)| with(lengths, m, e)).collect();
+    let mut out: Vec<Model> = jobs.into_iter().map_at_once(|(m, e)| with(lengths, m, e)).collect();
     out.sort_by(|a, b| a.fit.sum().total_cmp(&b.fit.sum()));
     out
 }
@@ -170,10 +170,10 @@ fn searched(
     }
     decay.stop.check()?;
     let tried: Vec<Vec<PredictedModel>> = rounds[1..]
-        .par_iter()
-        .map(|round| {
+        .iter()
+        .map_at_once(|round| {
             let round = &round[..round.len().min(BREADTH)];
-            round.par_iter().map(|m| judged(&lengths, m.clone())).collect()
+            round.iter().map_at_once(|m| judged(&lengths, m.clone())).collect()
         })
         .collect();
     let mut here = plain.clone();
@@ -195,7 +195,7 @@ fn searched(
     here = bent(&lengths, there, here)?;
     let path = path(&lengths, &plain, here)?;
     let mut singles = rounds.get(1).cloned().unwrap_or_default();
-    singles.par_extend(own.par_iter().map(|e| with(&lengths, &plain.model, e)));
+    singles.extend(own.iter().map_at_once(|e| with(&lengths, &plain.model, e)));
     singles.sort_by(|a, b| a.fit.sum().total_cmp(&b.fit.sum()));
     let sets = rounds.into_iter().flatten().collect();
     Ok(Survivors { path, singles, sets, lengths, simple })
@@ -212,9 +212,9 @@ fn with_own(
     loop {
         lengths.stop.check()?;
         let better = own
-            .par_iter()
+            .iter()
             .filter(|e| !here.model.fit.structure.effects.contains(e))
-            .map(|e| judged(lengths, with(lengths, &here.model, e)))
+            .map_at_once(|e| judged(lengths, with(lengths, &here.model, e)))
             .filter(|with| with.predicts_better_than(&here))
             .min_by(|a, b| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad()));
         match better {
@@ -241,13 +241,13 @@ fn bent(lengths: &Lengths, there: &[Effect], here: PredictedModel) -> Result<Pre
     let flexible: Vec<Effect> =
         Effect::deterministic().filter(|e| e.is_flexible() && !there.contains(e)).collect();
     let better = flexible
-        .par_iter()
-        .filter_map(|effect| {
+        .iter()
+        .map_at_once(|effect| {
             let start = rough_start(lengths, &here.model, effect)?;
-            Some(with_from(lengths, &here.model, effect, &start))
+            let bent = with_from(lengths, &here.model, effect, &start);
+            (!is_simpler_one(lengths, &bent)).then(|| judged(lengths, bent))
         })
-        .filter(|model| !is_simpler_one(lengths, model))
-        .map(|model| judged(lengths, model))
+        .flatten()
         .filter(|with| with.predicts_clearly_better_than(&here))
         .min_by(|a, b| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad()));
     Ok(better.map_or(here, |better| pruned(lengths, there, better)))
@@ -266,9 +266,9 @@ fn path(
         lengths.stop.check()?;
         let effects = &larger.model.fit.structure.effects;
         let smaller: Vec<PredictedModel> = effects
-            .par_iter()
+            .iter()
             .filter(|e| !there.contains(e))
-            .map(|e| judged(lengths, without(lengths, &larger.model, e)))
+            .map_at_once(|e| judged(lengths, without(lengths, &larger.model, e)))
             .collect();
         let best = smaller
             .into_iter()
@@ -329,9 +329,9 @@ fn pruned(lengths: &Lengths, there: &[Effect], mut here: PredictedModel) -> Pred
     loop {
         let effects = here.model.fit.structure.effects.clone();
         let needless = effects
-            .par_iter()
+            .iter()
             .filter(|e| !there.contains(e))
-            .map(|e| judged(lengths, without(lengths, &here.model, e)))
+            .map_at_once(|e| judged(lengths, without(lengths, &here.model, e)))
             .filter(|smaller| !here.predicts_better_than(smaller))
             .min_by(|a, b| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad()));
         match needless {

@@ -36,29 +36,6 @@ pub fn name_of(present: &[Effect]) -> &'static str {
     }
 }
 
-/// The verdict in one line; `model` says what was there before.
-pub fn verdict(status: Status, effects: &[Effect], model: &str) -> String {
-    let names: Vec<&str> = effects.iter().map(|e| e.id()).collect();
-    match status {
-        Status::Adequate => format!("adequate: {model} explains it to its noise"),
-        Status::Explained if model == SECOND_ORDER => format!("explained by {}", names.join(", ")),
-        Status::Explained => format!("explained by {model} with {}", names.join(", ")),
-        Status::MostlyExplained if names.is_empty() => format!("mostly explained by {model}"),
-        Status::MostlyExplained => format!("mostly explained by {}", names.join(", ")),
-        Status::Unexplained if names.is_empty() => {
-            "unexplained: no effect of the library accounts for it".to_owned()
-        }
-        Status::Unexplained if effects.iter().any(Effect::is_random) => format!(
-            "unexplained: {} bring it to the noise, but beside random forcing much does; release it again: what is random \
-             does not repeat",
-            names.join(", ")
-        ),
-        Status::Unexplained => {
-            format!("unexplained: {} helped, but not to the noise", names.join(", "))
-        }
-    }
-}
-
 /// What was chosen, and by what.
 pub(super) struct Chosen<'a> {
     /// `None`: what is left of the releases decides it.
@@ -73,6 +50,30 @@ pub(super) struct Chosen<'a> {
 }
 
 impl Diagnosis {
+    /// The verdict in one line; `model` says what was there before.
+    pub fn verdict(&self, model: &str) -> String {
+        let names: Vec<&str> = self.effects.iter().map(Effect::id).collect();
+        let named = names.join(", ");
+        match self.status {
+            Status::Adequate => format!("adequate: {model} explains it to its noise"),
+            Status::Explained if model == SECOND_ORDER => format!("explained by {named}"),
+            Status::Explained => format!("explained by {model} with {named}"),
+            Status::MostlyExplained if names.is_empty() => format!("mostly explained by {model}"),
+            Status::MostlyExplained => format!("mostly explained by {named}"),
+            Status::Unexplained if names.is_empty() => {
+                "unexplained: no effect of the library accounts for it".to_owned()
+            }
+            Status::Unexplained if self.effects.iter().any(Effect::is_random) => format!(
+                "unexplained: {named} bring it to the noise, but beside random forcing much does; release it again: what \
+                 is random does not repeat"
+            ),
+            Status::Unexplained if self.releases.iter().all(|release| release.explained) => {
+                format!("unexplained: {named} bring it to the noise, but do not predict its later part")
+            }
+            Status::Unexplained => format!("unexplained: {named} helped, but not to the noise"),
+        }
+    }
+
     /// `last` is the model of the verdict and `plain` that of which it is said what it misses, of each of
     /// `decays`. What only a campaign has is not in it.
     pub(super) fn of(

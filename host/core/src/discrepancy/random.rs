@@ -164,28 +164,30 @@ impl Shaken {
             // A moment of intensity q adds q T / (2 w^2) to the variance of either part within a cycle T.
             let intensity =
                 self.variance * 2.0 * swing.frequency_rad_s().powi(2) / swing.period_s();
-            gather(release, swing, intensity, root, &mut sum)?;
+            // In as many coordinates as the release has numbers, in which its columns are no longer than 1.
+            let own = root.select_columns(&release.places).qr();
+            let [across, along] = [own.q(), own.r()];
+            sum += &across * gathered(release, swing, intensity, &along)? * across.transpose();
         }
         Some(root.transpose() * sum * root)
     }
 }
 
-/// Adds R J'CJ R' of one release under a moment of `intensity` in the readings' unit, by the adjoint, which
-/// runs backwards.
-fn gather(
+/// R J'CJ R' of one release under a moment of `intensity` in the readings' unit, R being `root`, by the
+/// adjoint, which runs backwards.
+fn gathered(
     release: &Observed,
     swing: &Swing,
     intensity: f64,
     root: &DMatrix<f64>,
-    sum: &mut DMatrix<f64>,
-) -> Option<()> {
+) -> Option<DMatrix<f64>> {
     let wn = swing.frequency_rad_s();
     let Step { transition: f, added: q, .. } =
         Step::new(swing.step_s, wn, swing.decay() / wn, intensity, false)?;
-    let own = root.select_columns(&release.places);
+    let mut sum = DMatrix::zeros(root.nrows(), root.nrows());
     let mut adjoint = vec![[0.0; 2]; root.nrows()];
     for k in (1..release.count).rev() {
-        let row = &own * DVector::from_iterator(own.ncols(), release.columns.iter().map(|c| c[k]));
+        let row = root * DVector::from_iterator(root.ncols(), release.columns.iter().map(|c| c[k]));
         for (x, row) in adjoint.iter_mut().zip(&row) {
             *x = [f[0][0] * x[0] + f[1][0] * x[1] + row, f[0][1] * x[0] + f[1][1] * x[1]];
         }
@@ -196,7 +198,7 @@ fn gather(
             }
         }
     }
-    Some(())
+    Some(sum)
 }
 
 #[cfg(test)]

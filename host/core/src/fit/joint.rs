@@ -10,6 +10,7 @@
 //! after the other: simulated on all cores, their normal equations summed block by block (`Rows::part` of the
 //! solver).
 
+use crate::at_once::AtOnce;
 use crate::bic;
 use crate::effects::Effect;
 use crate::fit::at_amplitude::with_windows;
@@ -22,7 +23,6 @@ pub use crate::fit::sharing::Sharing;
 use crate::quantity::Quantity;
 use crate::solver::{off_bounds, Fit};
 use nalgebra::DMatrix;
-use rayon::prelude::*;
 
 /// Sum of squares over that of the releases by themselves, up to which what they have in common has led to no
 /// other count of cycles.
@@ -61,9 +61,9 @@ impl JointFit {
         let covariance = with_pressed(&fit, &together.bounds);
         let converged = fit.stop.is_minimum();
         let mut fits: Vec<Fitted> = releases
-            .par_iter()
+            .iter()
             .zip(&together.parts)
-            .map(|(release, part)| {
+            .map_at_once(|(release, part)| {
                 let p: Vec<f64> = part.places.iter().map(|&at| fit.parameters[at]).collect();
                 let mut residuals = vec![0.0; release.count];
                 part.readings(&p, &mut residuals);

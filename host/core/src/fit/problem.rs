@@ -1,5 +1,6 @@
 //! The residuals of one or several releases as a problem to be minimised.
 
+use crate::at_once::AtOnce;
 use crate::discrepancy::{self, Discrepancy, Observed, Swing};
 use crate::effects::Effect;
 use crate::fit::free_decay::FreeDecay;
@@ -8,8 +9,8 @@ use crate::fit::structure::{motion, Structure};
 use crate::motion::simulate::{readings_of_all, Grid, Motion};
 use crate::record::Derivative;
 use crate::solver::{minimise, off_bounds, Fit, Options, Problem, Rows};
+use crate::statistics::weighted_median;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 /// Of an effect's size (where it rivals the spring): the step of the differences.
 pub(crate) const DIFFERENCE: f64 = 1e-6;
@@ -236,28 +237,27 @@ impl<'a> JointProblem<'a> {
         Self { parts, places, bounds }
     }
 
-    /// The mean of each number over the releases that share it, `weight(release, number)` each.
+    /// The median of each number over the releases that share it, `weight(release, number)` each, where any is
+    /// known: one that is in another minimum draws no mean aside.
     pub(crate) fn gathered(
         &self,
         starts: &[Vec<f64>],
         weight: &dyn Fn(usize, usize) -> Option<f64>,
     ) -> Vec<f64> {
-        let mut sums = vec![(0.0, 0.0, 0.0, 0.0); self.places.count];
+        let mut all: Vec<Vec<(f64, f64)>> = vec![Vec::new(); self.places.count];
         for (i, start) in starts.iter().enumerate() {
             for (j, (&at, &value)) in self.places.of[i].iter().zip(start).enumerate() {
-                let w = weight(i, j).unwrap_or(0.0);
-                let sum = &mut sums[at];
-                *sum = (sum.0 + w, sum.1 + w * value, sum.2 + 1.0, sum.3 + value);
+                all[at].push((value, weight(i, j).unwrap_or(0.0)));
             }
         }
-        sums.iter().map(|s| if s.0 > 0.0 { s.1 / s.0 } else { s.3 / s.2 }).collect()
+        all.iter_mut().map(|values| weighted_median(values)).collect()
     }
 
     /// What the model lacks at its fitted numbers `all`, those marked `fixed` apart; `None` where it lacks
     /// nothing that shows.
     pub(crate) fn discrepancy(&self, all: &[f64], fixed: &[bool]) -> Option<Discrepancy> {
         let releases: Vec<Observed> =
-            self.parts.par_iter().map(|part| part.observed(all, fixed)).collect();
+            self.parts.iter().map_at_once(|part| part.observed(all, fixed)).collect();
         let may_be_noise = releases.iter().all(Observed::may_be_noise);
         discrepancy::of(&releases, all.len(), may_be_noise)
     }
@@ -309,7 +309,7 @@ impl Problem for JointProblem<'_> {
         if let [part] = &self.parts[..] {
             return add(part, part.linearised(p));
         }
-        let all: Vec<_> = self.parts.par_iter().map(|part| part.linearised(p)).collect();
+        let all: Vec<_> = self.parts.iter().map_at_once(|part| part.linearised(p)).collect();
         for (part, linearised) in self.parts.iter().zip(all) {
             add(part, linearised);
         }

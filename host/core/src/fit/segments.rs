@@ -6,13 +6,13 @@
 //! G. Bock, 1983), so that a fit costs what single shooting costs. From short pieces one goes to longer ones,
 //! and to the whole record.
 
+use crate::at_once::AtOnce;
 use crate::effects::LANES;
 use crate::fit::pieces::{fit_state, Own, Piece, Pieces};
 use crate::fit::problem::{problem_of_one, JointProblem, Release};
 use crate::fit::structure::Structure;
 use crate::solver::{step_within, Normal, Rows};
 use nalgebra::{DMatrix, DVector, Matrix2};
-use rayon::prelude::*;
 
 /// Gain of a step, as a share of the sum of squares, below which a fit that is only a start for the next has
 /// settled.
@@ -110,10 +110,10 @@ impl<'a> Fit<'a> {
         }
         let sums: Vec<Sums> = self
             .problems
-            .par_iter()
+            .iter()
             .zip(self.pieces)
             .zip(states)
-            .map(|((problem, piece), state)| {
+            .map_at_once(|((problem, piece), state)| {
                 let part = &problem.parts[0];
                 let numbers = piece.numbers(&part.structure, common, *state);
                 let (residuals, columns) = part.linearised(&numbers);
@@ -155,8 +155,8 @@ impl<'a> Fit<'a> {
 
     /// Each piece's squares alone, and of them the misfit; no numbers where the model has no course there.
     fn squares(&self, common: &[f64], states: &[[f64; 2]]) -> Vec<[f64; 2]> {
-        let each = self.problems.par_iter().zip(self.pieces).zip(states);
-        let squares = each.map(|((problem, piece), state)| {
+        let each = self.problems.iter().zip(self.pieces).zip(states);
+        let squares = each.map_at_once(|((problem, piece), state)| {
             let part = &problem.parts[0];
             let numbers = piece.numbers(&part.structure, common, *state);
             let (residuals, _) = part.linearised_by(&numbers, &[]);
@@ -379,7 +379,7 @@ fn begun(
 ) -> PieceFit {
     let state =
         |piece: &Piece| fit_state(piece, structure, common, piece.begun(structure, common)).0;
-    let states: Vec<[f64; 2]> = pieces.decays.par_iter().map(state).collect();
+    let states: Vec<[f64; 2]> = pieces.decays.iter().map_at_once(state).collect();
     let all: Vec<&Piece> = pieces.decays.iter().collect();
     fit_pieces(&all, structure, common, &states, settled, steps)
 }

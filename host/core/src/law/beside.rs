@@ -3,6 +3,7 @@
 
 use super::estimate::{fit_whole, Measured};
 use super::releases::Releases;
+use crate::at_once::AtOnce;
 use crate::diagnosis::forced::is_random;
 use crate::diagnosis::guards::HARMONIC;
 use crate::diagnosis::likelihood::BREADTH;
@@ -15,7 +16,6 @@ use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::segments::{fit_from, fit_towards, PieceFit, FIRST_STEPS, ROUGH, SETTLED};
 use crate::fit::starts;
-use rayon::prelude::*;
 use std::sync::Arc;
 
 /// The highest harmonic of the yaw mode at which a line may be.
@@ -162,11 +162,9 @@ pub(super) fn beside(releases: &Releases, lengths: &Lengths, found: &Measured) -
     let structure = structure.with(&Effect::Measured(Arc::new(found.law.without_line(None))));
     let whole = fit_whole(decay, &structure, &found.fit.numbers(0));
     let all = tried()
-        .into_par_iter()
-        .flat_map(|one| fitted(decay, lengths, &structure, (found, &whole), &one));
-    let all: Vec<BesideFit> = all.collect();
-    let mut all: Vec<BesideFit> =
-        all.into_iter().filter(|tried| !tried.is_harmonic(decay)).collect();
+        .into_iter()
+        .map_at_once(|one| fitted(decay, lengths, &structure, (found, &whole), &one));
+    let mut all: Vec<BesideFit> = all.flatten().filter(|tried| !tried.is_harmonic(decay)).collect();
     all.sort_by(|a, b| a.fit.sum().total_cmp(&b.fit.sum()));
     let settled = |tried: &BesideFit| {
         let PieceFit { structure, common, .. } = &tried.fit;
@@ -175,8 +173,8 @@ pub(super) fn beside(releases: &Releases, lengths: &Lengths, found: &Measured) -
     };
     all.truncate(BREADTH);
     let nearest = all
-        .par_iter()
-        .map(settled)
+        .iter()
+        .map_at_once(settled)
         .filter(|tried| !tried.is_harmonic(decay))
         .min_by(|a, b| a.fit.sum().total_cmp(&b.fit.sum()));
     let missed = |p: &Prediction| (p.rms_rad() / decay.noise_rad).powi(2) - 1.0;

@@ -7,6 +7,7 @@ use super::forms::Formula;
 use super::on_curve::{OnCurve, Target};
 use super::releases::Releases;
 use super::tables::Point;
+use crate::at_once::AtOnce;
 use crate::diagnosis::likelihood::BREADTH;
 use crate::diagnosis::over_pieces::Lengths;
 use crate::diagnosis::prediction::{predict_within, Prediction, BETTER, LEAST_GAIN};
@@ -16,7 +17,6 @@ use crate::error::Result;
 use crate::fit::fitting::Fitted;
 use crate::fit::segments::{fit_from, fit_towards, PieceFit, FIRST_STEPS, ROUGH, SETTLED};
 use crate::quantity::Quantity;
-use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Models tried on the record.
@@ -86,14 +86,14 @@ pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
         let tried = trial.fitted(Effect::Own(Arc::new(effect)), &on_curve.values)?;
         Some((tried, on_curve.formula.clone()))
     };
-    let mut ranked: Vec<(NameFit, Formula)> = all.par_iter().filter_map(tried).collect();
+    let mut ranked: Vec<(NameFit, Formula)> = all.iter().map_at_once(tried).flatten().collect();
     stop.check()?;
     let least =
         |a: &NameFit, b: &NameFit| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad());
-    let yields = YIELD_STARTS.par_iter().filter_map(|y| {
+    let yields = YIELD_STARTS.iter().map_at_once(|y| {
         trial.fitted(Effect::with_memory(), &[YIELDING * wn * wn, y * found.law.yaw_rad])
     });
-    let memory = yields.min_by(least);
+    let memory = yields.flatten().min_by(least);
     stop.check()?;
     ranked.sort_by(|a, b| least(&a.0, &b.0));
     // Among those that predict as well as the best, or leave no more than the noise, what has fewest
@@ -132,7 +132,8 @@ pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
         name.text = Some(formula.text(&values, reach, |f| f.moment));
         Some(name)
     };
-    let ranked: Vec<Name> = ranked.par_iter().map(name).collect::<Option<_>>().unwrap_or_default();
+    let ranked: Vec<Name> =
+        ranked.iter().map_at_once(name).collect::<Option<_>>().unwrap_or_default();
     let memory = memory.and_then(|memory| trial.named(&memory));
     stop.check()?;
     let beside = match memory.is_none() {

@@ -2,9 +2,9 @@
 
 use super::forms::{moment, Form, FormParameter, Formula, Role, FORMS};
 use super::tables::Point;
+use crate::at_once::AtOnce;
 use crate::diagnosis::likelihood::BREADTH;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 use yawrig_expression::OwnEffect;
 
 /// Uncertainty of a curve at least, of its largest value.
@@ -114,7 +114,7 @@ impl<'a> Target<'a> {
             .enumerate()
             .flat_map(|(k, a)| plain[..k].iter().map(move |b| [*b, *a]))
             .collect();
-        let sums = pairs.par_iter().filter_map(|pair| self.fitted(pair)).collect();
+        let sums = pairs.iter().map_at_once(|pair| self.fitted(pair)).flatten().collect();
         let mut out = sorted(single, BREADTH);
         out.extend(sorted(sums, BREADTH));
         out

@@ -4,6 +4,7 @@
 //! eliminated. So what any roughness would predict of a piece that was left out is a matter of linear
 //! algebra, and many can be tried.
 
+use crate::at_once::AtOnce;
 use crate::diagnosis::prediction::BETTER;
 use crate::effects::{Effect, MeasuredLaw, Part, KNOTS};
 use crate::fit::fitting::Structure;
@@ -15,7 +16,6 @@ use crate::quantity::CHANCE;
 use crate::solver::step_within;
 use crate::statistics::independent_share;
 use nalgebra::{Cholesky, DMatrix, DVector};
-use rayon::prelude::*;
 
 /// Exponents of ten that are tried.
 const LEAST_EXPONENT: i32 = -11;
@@ -213,7 +213,7 @@ pub(super) fn states(
     common: &[f64],
 ) -> Vec<([f64; 2], f64)> {
     let of = |piece: &Piece| fit_state(piece, structure, common, piece.begun(structure, common));
-    pieces.decays.par_iter().map(of).collect()
+    pieces.decays.iter().map_at_once(of).collect()
 }
 
 /// Each piece with its motion under a fit, and the sensor's zero.

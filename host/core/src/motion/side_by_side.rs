@@ -1,12 +1,12 @@
 //! Motions of the same effects that hardly differ, four at a time: a step of one motion waits for its last,
 //! those of four side by side need not wait for each other.
 
+use crate::at_once::AtOnce;
 use crate::effects::{Moments, States, LANES};
 use crate::motion::oscillator::{Grid, Motion, Walk};
 use crate::motion::pace::{Pace, Steps};
 use crate::motion::simulate::{substeps, Walker};
 use crate::record::Derivative;
-use rayon::prelude::*;
 use std::array::from_fn;
 
 type Lanes = [f64; LANES];
@@ -32,9 +32,10 @@ pub(crate) fn readings_of_all(motions: &[Motion], grid: &Grid, out: &mut [Vec<f6
         }
     };
     // Of a measured law there are a dozen fours; of most models one or two, and other models beside them.
+    let fours = motions.chunks(LANES).zip(out.chunks_mut(LANES));
     match motions.len() > MANY_MOTIONS {
-        true => motions.par_chunks(LANES).zip(out.par_chunks_mut(LANES)).for_each(each),
-        false => motions.chunks(LANES).zip(out.chunks_mut(LANES)).for_each(each),
+        true => drop(fours.map_at_once(each)),
+        false => fours.for_each(each),
     }
 }
 
