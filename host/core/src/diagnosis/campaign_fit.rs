@@ -98,18 +98,11 @@ impl Campaign<'_> {
         let holds = |joint: &JointFit| {
             let fewer = numbers.saturating_sub(joint.parameters.len()) as f64;
             let lost = bic::gain(joint.sum_of_squares, squares, effective, fewer);
-            eprintln!(
-                "converged {} lost {lost} joint {} alone {squares} numbers {} {numbers}",
-                joint.converged,
-                joint.sum_of_squares,
-                joint.parameters.len()
-            );
             joint.converged && lost < MARGIN
         };
         let mut joint = together(&attributed);
-        // A line's frequency may be another in each release where one coefficient of the rest holds in all.
-        let is_line: fn(&Effect) -> bool = |effect| effect.parameters().len() > 1;
-        for may_be_own in [is_line, |_| true] {
+        // A line may have another frequency in each release where the rest has one coefficient in all.
+        for may_be_own in [has_more_than_a_size, |_: &Effect| true] {
             self.releases.check()?;
             let shared = attributed.iter_mut().filter(|e| e.plan.name != OWN);
             let shared: Vec<&mut SharedEffect> = shared.filter(|e| may_be_own(&e.effect)).collect();
@@ -133,9 +126,9 @@ impl Campaign<'_> {
             );
         }
         let is_on = self.releases.wind_speed_m_s.iter().map(|v| *v > 0.0);
-        let plan = if effect.belongs_to_release(0) || effect.parameters().len() > 1 {
+        let plan = if effect.belongs_to_release(0) || has_more_than_a_size(effect) {
             let all = Plan::of_all(origin, is_on);
-            if effect.parameters().len() > 1 {
+            if has_more_than_a_size(effect) {
                 all
             } else {
                 all.of_each()
@@ -224,6 +217,11 @@ impl Campaign<'_> {
         let each = self.releases.decays.iter().zip(&judged.path[0].fits);
         each.map_at_once(|(decay, plain)| buffeting::fit(decay, plain)).collect()
     }
+}
+
+/// A frequency, a width: numbers that a size alone does not compare.
+fn has_more_than_a_size(effect: &Effect) -> bool {
+    effect.parameters().len() > 1
 }
 
 /// The effects' numbers that releases have in common; of those of several groups their mean.
