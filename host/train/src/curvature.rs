@@ -3,23 +3,19 @@
 //! The derivative of output o with respect to weight (i, j) of a layer is `d[o][j] z[i]`: the layer's
 //! input i times the sensitivity of o to node j. A block of J'J between layers a and b is therefore
 //! the sum over samples of `(sum_o beta_o d_a[o][j] d_b[o][l]) (z_a[i] z_b[m])`: one matrix product
-//! of two tables of column products, in which both halves of a symmetric block are computed once, the
-//! outputs are summed before the product, and the first layer's input products never change.
+//! of two tables of column products, in which both halves of a symmetric block are computed once and the
+//! outputs are summed before the product.
 
 use super::matrix::{col, col_mut, row_major_transposed, Matrix};
 use super::network::{Pass, Shape};
 
-/// Largest table of first-layer input products that is kept between epochs.
-const KEPT_PRODUCTS_BYTES: usize = 64 << 20;
-/// Samples at a time where products are formed on the fly: a few hundred columns of them fit the cache.
+/// Samples at a time: a few hundred columns of products fit the cache.
 const CHUNK: usize = 256;
 
 /// Tables and scratch of one training set and topology.
 pub(super) struct Curvature {
     /// Sensitivities per hidden layer and output, samples x nodes.
     delta: Vec<Vec<Matrix>>,
-    /// The products x_i x_i' of the first layer's inputs, i <= i', samples x pairs.
-    input_products: Option<Matrix>,
     left: Matrix,
     right: Matrix,
     block: Matrix,
@@ -52,21 +48,10 @@ impl Curvature {
     pub fn new(shape: &Shape, pass: &Pass) -> Self {
         let n = pass.z[0].nrows();
         let hidden = shape.layers() - 1;
-        let columns = pairs(shape.rows(0));
-        let keep = hidden > 0 && n * columns * size_of::<f64>() <= KEPT_PRODUCTS_BYTES;
-        let input_products = keep.then(|| {
-            let mut table = Matrix::zeros(n, columns);
-            for (column, (a, b)) in each_pair(shape.rows(0)).enumerate() {
-                let (x, y) = (col(&pass.z[0], a), col(&pass.z[0], b));
-                multiply(col_mut(&mut table, column), x, y);
-            }
-            table
-        });
         Self {
             delta: (0..hidden)
                 .map(|layer| vec![Matrix::zeros(n, shape.nodes(layer)); shape.outputs()])
                 .collect(),
-            input_products,
             left: Matrix::zeros(0, 0),
             right: Matrix::zeros(0, 0),
             block: Matrix::zeros(0, 0),
@@ -172,14 +157,7 @@ impl Curvature {
             weighted_products(delta, delta, beta, (j, l), into);
         }
         let z = &pass.z[layer];
-        match &self.input_products {
-            Some(table) if layer == 0 => {
-                room(&mut self.block, nq, np);
-                let left = self.left.view((0, 0), (n, nq)).transpose();
-                self.block.view_mut((0, 0), (nq, np)).gemm(1.0, &left, table, 0.0);
-            }
-            _ => self.product(z, z, each_pair(rows), (nq, np)),
-        }
+        self.product(z, z, each_pair(rows), (nq, np));
         // Where a pair of nodes lies among the pairs, either way round.
         let place = |j: usize, l: usize| pairs(j.max(l)) + j.min(l);
         let places: Vec<usize> =
