@@ -51,10 +51,13 @@ impl Alone {
         all.into_iter().map(|(effect, _)| effect).collect()
     }
 
-    /// Whether most of the releases `among` those judged name `effect`.
-    pub(crate) fn mostly(&self, effect: &Effect, among: impl Fn(usize) -> bool) -> bool {
-        let inside: Vec<usize> = (0..self.which.len()).filter(|&k| among(self.which[k])).collect();
-        2 * inside.iter().filter(|&&k| self.names(k, effect)).count() > inside.len()
+    /// Whether most of the releases judged name `effect` that have the wind on, or most that have it off.
+    pub(crate) fn mostly(&self, effect: &Effect) -> bool {
+        let is_on = |k: usize| self.answers[k].decays[0].wind_speed_m_s > 0.0;
+        [true, false].into_iter().any(|on| {
+            let inside: Vec<usize> = (0..self.which.len()).filter(|&k| is_on(k) == on).collect();
+            2 * inside.iter().filter(|&&k| self.names(k, effect)).count() > inside.len()
+        })
     }
 
     /// Pairs of one of `effects` and another that none of the releases distinguishes which name either.

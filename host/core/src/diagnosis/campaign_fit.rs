@@ -13,11 +13,12 @@ use crate::diagnosis::releases::{
 };
 use crate::effects::Effect;
 use crate::error::Result;
-use crate::fit::fitting::{Fitted, Structure};
+use crate::fit::fitting::{Fitted, Limit, Number, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::joint::{self, JointFit, Release, Sharing};
 use crate::quantity::Quantity;
 use crate::record::Record;
+use crate::statistics::weighted_median;
 use std::collections::BTreeMap;
 
 /// A model with the origin of its effects, and all releases fitted with the numbers they share.
@@ -73,18 +74,12 @@ impl Campaign<'_> {
         let effects = &model.effects;
         let structure = Structure { effects: effects.clone(), ..model.fits[0].structure.clone() };
         let own = Sharing::none(whole.len(), effects.len());
-        // Each release once more, for the uncertainties of coefficients that ended at zero.
-        let single = Sharing::none(1, effects.len());
-        let alone: Vec<JointFit> = whole
-            .iter()
-            .zip(&model.fits)
-            .map_at_once(|(release, fit)| {
-                let start = fit.in_order_of(&structure).0;
-                joint::fit(&[*release], &structure, &single, &[start])
-            })
-            .collect();
+        let alone = self.alone(&whole, model, &structure);
         self.releases.check()?;
-        let fits: Vec<&Fitted> = alone.iter().map(|joint| &joint.fits[0]).collect();
+        let tied = self.tied(&whole, &alone, &structure);
+        self.releases.check()?;
+        let fits: Vec<&Fitted> =
+            tied.as_ref().unwrap_or(&alone).iter().map(|j| &j.fits[0]).collect();
         let effective: f64 = fits.iter().map(|fit| fit.effective_count()).sum();
         let mut attributed: Vec<SharedEffect> =
             effects.iter().map(|effect| self.attributed(effect, &fits, effective)).collect();
@@ -114,6 +109,48 @@ impl Campaign<'_> {
         }
         let joint = joint.with_discrepancy(&whole);
         Ok(Shared { joint, effects: attributed })
+    }
+
+    /// Each release once more, for the uncertainties of coefficients that ended at zero.
+    fn alone(
+        &self,
+        whole: &[Release],
+        model: &ModelOfReleases,
+        structure: &Structure,
+    ) -> Vec<JointFit> {
+        let start = |fit: &Fitted| fit.in_order_of(structure).0;
+        each_alone(whole, structure, model.fits.iter().map(start).collect())
+    }
+
+    /// The same with a line's frequency, or a stop's place, as most know it: where there is none, the size of what
+    /// fits the noise best says nothing. `None` where a release has another.
+    fn tied(
+        &self,
+        whole: &[Release],
+        alone: &[JointFit],
+        structure: &Structure,
+    ) -> Option<Vec<JointFit>> {
+        let mut tied = structure.clone();
+        for effect in &structure.effects {
+            let is_common = |k: &usize| !effect.belongs_to_release(*k);
+            for number in (1..effect.parameters().len()).filter(is_common) {
+                let known = |fit: &JointFit| Some(fit.quantity(fit.place(effect, number, 0)?));
+                let known = alone.iter().filter_map(known).filter(|q| q.u > 0.0 && q.u.is_finite());
+                let value = weighted_median(
+                    &mut known.map(|q| (q.value, q.u.powi(-2))).collect::<Vec<_>>(),
+                );
+                let number = Number::Of(effect.clone(), number);
+                tied.limits.push(Limit { number, low: value, high: value });
+            }
+        }
+        let fewer = tied.limits.len() - structure.limits.len();
+        let starts = alone.iter().map(|fit| fit.parameters.clone()).collect();
+        let tied = (fewer > 0).then(|| each_alone(whole, &tied, starts))?;
+        let holds = |(tied, alone): (&JointFit, &JointFit)| {
+            let n = alone.effective_count();
+            bic::gain(tied.sum_of_squares, alone.sum_of_squares, n, fewer as f64) < MARGIN
+        };
+        tied.iter().zip(alone).all(holds).then_some(tied)
     }
 
     fn attributed(&self, effect: &Effect, fits: &[&Fitted], effective: f64) -> SharedEffect {
@@ -209,14 +246,20 @@ impl Campaign<'_> {
         if last.is_explained(&self.releases.decays) && last.effects.len() < 2 {
             return None;
         }
-        let is_on = |i: usize| self.releases.wind_speed_m_s[i] > 0.0;
-        let random = Effect::random();
-        if !judged.alone.mostly(&random, is_on) && !judged.alone.mostly(&random, |i| !is_on(i)) {
+        if !judged.alone.mostly(&Effect::random()) {
             return None;
         }
         let each = self.releases.decays.iter().zip(&judged.path[0].fits);
         each.map_at_once(|(decay, plain)| buffeting::fit(decay, plain)).collect()
     }
+}
+
+fn each_alone(whole: &[Release], structure: &Structure, starts: Vec<Vec<f64>>) -> Vec<JointFit> {
+    let sharing = Sharing::none(1, structure.effects.len());
+    let fit = |(release, start): (&Release, Vec<f64>)| {
+        joint::fit(&[*release], structure, &sharing, &[start])
+    };
+    whole.iter().zip(starts).map_at_once(fit).collect()
 }
 
 /// A frequency, a width: numbers that a size alone does not compare.

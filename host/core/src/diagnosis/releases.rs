@@ -155,9 +155,9 @@ pub(crate) fn judge(
     let known = |e: &Effect| plain.effects.contains(e) || structure.zero_unknown && e.moves_rest();
     let mut named = alone.named();
     named.retain(|effect| !known(effect));
-    // What lasts does so in every release of a rig; what depends on the amplitude may show in one only.
+    // What lasts does so in every release of a rig, or in all with the wind on; what depends on the amplitude may show in one only.
     let lasts = |e: &Effect| !matches!(e.acts_on(), Acts::State | Acts::Sensor) && !e.dies_out();
-    named.retain(|effect| !lasts(effect) || alone.mostly(effect, |_| true));
+    named.retain(|effect| !lasts(effect) || alone.mostly(effect));
     named.truncate(MOST_EFFECTS);
     // Beside a constant moment effects act about the sensor's zero, or about the angle of rest.
     let moves_rest = named.iter().any(Effect::moves_rest);

@@ -38,9 +38,9 @@ pub(super) fn of_several(
     let judged = releases::judge(records, &mut releases, &structure, options)?;
     let random = Effect::random();
     let rest = Effect::of_rest();
-    let is_forced = judged.alone.mostly(&random, |_| true);
+    let is_forced = judged.alone.mostly(&random);
     let mut named = Vec::new();
-    if !options.zero_unknown && rests.is_empty() && judged.alone.mostly(&rest, |_| true) {
+    if !options.zero_unknown && rests.is_empty() && judged.alone.mostly(&rest) {
         named.push(rest);
     }
     let explains = |fits: &[Fitted]| are_explained(fits, &releases.decays);
@@ -136,7 +136,7 @@ fn steps(
 fn add_random(found: &mut Diagnosis, judged: &ReleaseAnswers, random: &Effect, model: &str) {
     let said = |of: &Diagnosed| of.diagnosis.status == Status::Explained;
     let all = judged.alone.answers.iter().all(said);
-    found.effects.retain(|e| judged.alone.mostly(e, |_| true));
+    found.effects.retain(|e| judged.alone.mostly(e));
     found.effects.push(random.clone());
     found.sharing.insert(random.to_string(), OWN);
     for (release, answer) in judged.alone.which.iter().zip(&judged.alone.answers) {

@@ -75,7 +75,7 @@ fn lines_beside(
 ) -> Result<Vec<Path>> {
     let mut found: Vec<Path> = Vec::new();
     let lines = judged.alone.named().into_iter().filter(Effect::is_line);
-    for line in lines.filter(|line| line.dies_out() || judged.alone.mostly(line, |_| true)) {
+    for line in lines.filter(|line| line.dies_out() || judged.alone.mostly(line)) {
         releases.check()?;
         let here = found.last().unwrap_or(last);
         let inner = releases.decays.iter().zip(&here.joint.fits);
