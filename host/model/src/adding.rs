@@ -1,13 +1,13 @@
 //! An effect added to a fitted model.
 
-use crate::model_fit::{better, continued, fit_jointly, precisely, Data, ADDED_WELL};
+use crate::model_fit::{better, continued, fit_jointly, Data, ADDED_WELL};
 use rayon::prelude::*;
 use yawrig_base::error::Result;
 use yawrig_base::interrupt;
 use yawrig_core::diagnosis::diagnose::fit_over_pieces;
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::{fit_added, lines_anew, Fitted};
-use yawrig_core::fit::joint::JointFit;
+use yawrig_core::fit::joint::{fit_precisely, JointFit};
 use yawrig_core::fit::own;
 
 /// `inner` with `effect` added.
@@ -54,7 +54,8 @@ pub fn add(data: &Data, inner: &JointFit, effect: Effect) -> Result<JointFit> {
     }
     // Another valley than the inner model's, or one that quick simulations have shifted.
     let (releases, sharing) = (data.releases(), data.sharing(structure.effects.len()));
-    let beside = precisely(&releases, &structure, &sharing, &zero)?;
+    let beside = fit_precisely(&releases, &structure, &sharing, &zero);
+    interrupt::check()?;
     Ok(nested(if beside.is_better_than(&fit) { beside } else { fit }, inner))
 }
 

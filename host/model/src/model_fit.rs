@@ -140,7 +140,9 @@ pub(super) fn fit_jointly(
             best = other;
         }
     }
-    polished(&releases, &sharing, continued(&releases, structure, &sharing, best)?)
+    let polished = continued(&releases, structure, &sharing, best)?.polished(&releases);
+    interrupt::check()?;
+    Ok(polished)
 }
 
 /// `fit` until it has converged, or that takes too long.
@@ -161,32 +163,6 @@ pub(super) fn continued(
         fit.converged |= 0.0 < gain && gain < VALLEY * variance;
     }
     interrupt::check()?;
-    Ok(fit)
-}
-
-/// `fit` once more by precise simulations: its numbers are then those of the equation, whatever integrates
-/// it.
-fn polished(releases: &[Release], sharing: &Sharing, fit: JointFit) -> Result<JointFit> {
-    // With a user's own effect they are precise enough.
-    if !fit.converged || fit.structure.effects.iter().any(Effect::is_own) {
-        return Ok(fit);
-    }
-    let polished = precisely(releases, &fit.structure, sharing, &numbers(&fit.fits))?;
-    Ok(if polished.converged { polished } else { fit })
-}
-
-/// A fit by precise simulations, from `starts`.
-pub(super) fn precisely(
-    releases: &[Release],
-    structure: &Structure,
-    sharing: &Sharing,
-    starts: &[Vec<f64>],
-) -> Result<JointFit> {
-    let mut fit = joint::fit(releases, &structure.precisely(), sharing, starts);
-    interrupt::check()?;
-    // What is built upon it is screened by quick simulations again.
-    fit.structure.precise = false;
-    fit.fits.iter_mut().for_each(|fit| fit.structure.precise = false);
     Ok(fit)
 }
 

@@ -12,7 +12,7 @@ use crate::diagnosis::verdict::{moment_of_rest, MOST_LEFT};
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::at_amplitude::with_discrepancy;
-use crate::fit::fitting::{refitted, Fitted, Limit, Number};
+use crate::fit::fitting::{polished, refitted, Fitted, Limit, Number};
 use crate::fit::free_decay::FreeDecay;
 use crate::quantity::{Quantity, CHANCE};
 use std::collections::BTreeMap;
@@ -120,7 +120,7 @@ pub(crate) fn account(
     let smaller = &survivors.path[..survivors.path.len() - 1];
     let mut fits: Vec<Fitted> =
         smaller.iter().map_at_once(|judged| of_judged(decay, &survivors, judged)).collect();
-    fits.push(last);
+    fits.push(polished(last, decay));
     decay.stop.check()?;
     let rest = fits.last().and_then(Fitted::rest_rad).expect("a rest angle that was fitted");
     let offset = !zero_unknown && !rest.holds(0.0, CHANCE);
@@ -143,7 +143,9 @@ pub(crate) fn account(
     let longer = lines::beside(decay, fits.last().expect("the plain model"))?;
     let held_out = survivors.path.iter().map(|judged| judged.prediction.rms_rad());
     let mut models: Vec<(Fitted, f64)> = fits.into_iter().zip(held_out).collect();
-    models.extend(longer.into_iter().map(|longer| (longer.model, longer.held_out_rad)));
+    models.extend(
+        longer.into_iter().map(|longer| (polished(longer.model, decay), longer.held_out_rad)),
+    );
     for (model, held_out_rad) in models {
         let model = with_discrepancy(model, decay);
         let is_new = |e: &&Effect| !effects.contains(e) && !survivors.there().contains(e);

@@ -7,13 +7,13 @@ use crate::diagnosis::buffeting::{self, Buffeted};
 use crate::diagnosis::forced::{self, Forced, BEYOND_CHANCE};
 use crate::diagnosis::guards::{self, Refusal};
 use crate::diagnosis::late_release;
-use crate::diagnosis::likelihood::{NEAR_NOISE, USED_UP_TO};
+use crate::diagnosis::likelihood::{is_explained, NEAR_NOISE, USED_UP_TO};
 use crate::diagnosis::search::{self, beyond, criterion, SearchStart};
 use crate::diagnosis::verdict::{name_of, Chosen};
 use crate::effects::{Acts, Effect};
 use crate::error::Result;
 use crate::fit::at_amplitude::with_discrepancy;
-use crate::fit::fitting::Fitted;
+use crate::fit::fitting::{polished, Fitted};
 use crate::fit::free_decay::FreeDecay;
 use crate::quantity::Quantity;
 use crate::record::Record;
@@ -31,9 +31,11 @@ pub(super) fn by_likelihood(
 ) -> Result<(Diagnosed, bool)> {
     let mut found = search::search(decay, start)?;
     let decay = &found.decay;
+    let last = found.path.pop().expect("the plain model");
+    found.path.push(polished(last, decay));
     found.path = found.path.into_iter().map(|model| with_discrepancy(model, decay)).collect();
     let last = found.path.last().expect("the plain model");
-    let alone = found.explained && beyond(&found.plain, last).len() < 2;
+    let alone = is_explained(last, decay) && beyond(&found.plain, last).len() < 2;
     // Random forcing that hardly shows bends a single effect to it; then it has to be likelier by itself.
     let forced = !alone || forced::forced_rather_than(decay, &start.plain, last).is_some();
     if let Some(forced) = forced.then(|| random_forcing(record, decay, start, last)).flatten() {
@@ -44,7 +46,7 @@ pub(super) fn by_likelihood(
     let steps = steps(decay, &found.path);
     // Effects can be bent to a short record; they have to predict the rest of it too.
     let is_predicted = steps.last().is_some_and(|s| s.held_out_over_noise < NEAR_NOISE);
-    let status = match (found.explained && is_predicted, effects.is_empty()) {
+    let status = match (is_explained(last, decay) && is_predicted, effects.is_empty()) {
         (true, true) => Status::Adequate,
         (true, false) => Status::Explained,
         (false, _) => Status::Unexplained,

@@ -107,7 +107,7 @@ impl Campaign<'_> {
             shared.into_iter().for_each(|e| e.plan = e.plan.of_each());
             joint = together(&attributed);
         }
-        let joint = joint.with_discrepancy(&whole);
+        let joint = joint.polished(&whole).with_discrepancy(&whole);
         Ok(Shared { joint, effects: attributed })
     }
 
@@ -257,7 +257,7 @@ impl Campaign<'_> {
 fn each_alone(whole: &[Release], structure: &Structure, starts: Vec<Vec<f64>>) -> Vec<JointFit> {
     let sharing = Sharing::none(1, structure.effects.len());
     let fit = |(release, start): (&Release, Vec<f64>)| {
-        joint::fit(&[*release], structure, &sharing, &[start])
+        joint::fit(&[*release], structure, &sharing, &[start]).polished(&[*release])
     };
     whole.iter().zip(starts).map_at_once(fit).collect()
 }

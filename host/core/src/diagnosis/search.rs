@@ -28,7 +28,6 @@ pub(crate) struct SearchResult {
     pub(crate) singles: Vec<Fitted>,
     /// The models from plain to final, an effect more each.
     pub(crate) path: Vec<Fitted>,
-    pub(crate) explained: bool,
     /// For an accepted effect those that do as well in its place.
     pub(crate) indistinguishable: Vec<(Effect, Effect)>,
     /// Effects that helped and cannot stand.
@@ -145,7 +144,7 @@ fn search_from(decay: &FreeDecay, start: SearchStart) -> Result<SearchResult> {
     };
     decay.stop.check()?;
     let path = path(&plain, accepted, &singles, &decay);
-    Ok(SearchResult { decay, plain, singles, path, explained, indistinguishable, refused })
+    Ok(SearchResult { decay, plain, singles, path, indistinguishable, refused })
 }
 
 fn has_line(model: &Fitted) -> bool {

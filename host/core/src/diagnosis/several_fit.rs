@@ -61,7 +61,7 @@ pub(super) fn in_common_at_once(
     let alone = |i| from_others(&releases.decays, &joint, &[i], |_, _| None);
     let held: Vec<Fitted> = (0..n).map_at_once(alone).flatten().collect();
     let held_out_over_noise = over_noise(&held, &releases.decays);
-    let joint = joint.with_discrepancy(&whole);
+    let joint = joint.polished(&whole).with_discrepancy(&whole);
     Path { effects: model.effects.clone(), joint, held_out_over_noise }
 }
 
@@ -133,7 +133,7 @@ pub(super) fn by_prediction(
     joints.push(last);
     let path = joints.into_iter().zip(&survivors.path).map(|(joint, judged)| Path {
         effects: joint.structure.effects.clone(),
-        joint: joint.with_discrepancy(&whole),
+        joint: joint.polished(&whole).with_discrepancy(&whole),
         held_out_over_noise: judged.prediction.rms_rad() / noise_rad,
     });
     let mut path: Vec<Path> = path.collect();

@@ -244,6 +244,20 @@ pub(crate) fn refitted(decay: &FreeDecay, structure: &Structure, start: &[f64]) 
     finished(decay, structure, fit, count)
 }
 
+/// `model` once more by precise simulations, as [`JointFit::polished`](crate::fit::joint::JointFit::polished).
+pub(crate) fn polished(model: Fitted, decay: &FreeDecay) -> Fitted {
+    if !model.converged || model.structure.effects.iter().any(Effect::is_own) {
+        return model;
+    }
+    let mut polished = refitted(decay, &model.structure.precisely(), &model.parameters);
+    polished.structure.precise = false;
+    if polished.converged {
+        polished
+    } else {
+        model
+    }
+}
+
 /// `model` fitted again to the first `count` means, from its own values.
 pub fn refit(decay: &FreeDecay, model: &Fitted, count: usize) -> Fitted {
     let direct = solve(decay, &model.structure, &model.parameters, count);

@@ -153,6 +153,21 @@ impl JointFit {
         }
     }
 
+    /// The same by precise simulations: its numbers are then those of the equation, whatever integrates it. As it is
+    /// where that does not converge; with a user's own effect it is precise enough.
+    pub fn polished(self, releases: &[Release]) -> Self {
+        if !self.converged || self.structure.effects.iter().any(Effect::is_own) {
+            return self;
+        }
+        let starts: Vec<Vec<f64>> = self.fits.iter().map(|fit| fit.parameters.clone()).collect();
+        let polished = fit_precisely(releases, &self.structure, &self.sharing, &starts);
+        if polished.converged {
+            polished
+        } else {
+            self
+        }
+    }
+
     /// Whether it has converged where the other has not, or has the smaller sum of squares; one that is no
     /// number is the larger.
     pub fn is_better_than(&self, other: &Self) -> bool {
@@ -297,6 +312,20 @@ pub fn fit(
     let start = together.gathered(starts, &|_, _| None);
     let fit = together.minimise(&start, EVALUATIONS);
     JointFit::new(releases, structure, sharing, together, fit)
+}
+
+/// As [`fit`], by precise simulations.
+pub fn fit_precisely(
+    releases: &[Release],
+    structure: &Structure,
+    sharing: &Sharing,
+    starts: &[Vec<f64>],
+) -> JointFit {
+    let mut precise = fit(releases, &structure.precisely(), sharing, starts);
+    // What is built upon it is screened by quick simulations again.
+    precise.structure.precise = false;
+    precise.fits.iter_mut().for_each(|fit| fit.structure.precise = false);
+    precise
 }
 
 /// Fits `structure` from each release's own fit, which holds every effect that `sharing` gives the release;
