@@ -58,3 +58,23 @@ fn diagnose_goes_on_from_the_present_model_far_from_the_noise() {
     assert_eq!(then["effects"].as_array(), Some(&effects), "{then}");
     assert!(then["sentence"].as_str().is_some_and(|s| s.contains("the present model")), "{then}");
 }
+
+/// A sensor that hardly rustles asks for the numbers of the equation, not those of a simulation's step.
+#[test]
+fn diagnose_has_the_numbers_of_compare_however_quiet_the_sensor() {
+    let bench = Bench { folder: tempfile::tempdir().expect("a folder") };
+    let rig = "--natural-frequency 12.34 --damping 0.006 --noise-deg 0.002 --adc-step-deg 0";
+    let stop = "--effect end_stop:k=60,g=0.2";
+    bench.of(&format!("simulate {rig} {stop} --out quiet.csv")).run().exits(0);
+    let found = bench.json("diagnose quiet.csv");
+    assert_eq!(found["status"], "explained", "{found}");
+    assert_eq!(found["effects"], json!(["end_stop"]));
+    let parameters = &found["steps"][1]["parameters"];
+    let compared = bench.json("compare quiet.csv --effect end_stop");
+    for (name, truth) in [("end_stop.k", 60.0), ("end_stop.g", 0.2)] {
+        let [k, u] = ["value", "u"].map(|part| number(&parameters[name], part));
+        assert!((k - truth).abs() < 2.0 * u, "{name} {k} +- {u}");
+        let same = number(&compared["parameters"][name], "value");
+        assert!((k - same).abs() < 0.1 * u, "{name} {k} {same}");
+    }
+}
