@@ -249,8 +249,7 @@ pub(crate) fn polished(model: Fitted, decay: &FreeDecay) -> Fitted {
     if !model.converged || model.structure.effects.iter().any(Effect::is_own) {
         return model;
     }
-    let mut polished = refitted(decay, &model.structure.precisely(), &model.parameters);
-    polished.structure.precise = false;
+    let polished = refitted(decay, &model.structure.precisely(), &model.parameters);
     if polished.converged {
         polished
     } else {

@@ -321,11 +321,7 @@ pub fn fit_precisely(
     sharing: &Sharing,
     starts: &[Vec<f64>],
 ) -> JointFit {
-    let mut precise = fit(releases, &structure.precisely(), sharing, starts);
-    // What is built upon it is screened by quick simulations again.
-    precise.structure.precise = false;
-    precise.fits.iter_mut().for_each(|fit| fit.structure.precise = false);
-    precise
+    fit(releases, &structure.precisely(), sharing, starts)
 }
 
 /// Fits `structure` from each release's own fit, which holds every effect that `sharing` gives the release;

@@ -50,16 +50,16 @@ pub struct Structure {
 }
 
 impl Structure {
-    /// The same with `effect` behind the others.
+    /// The same with `effect` behind the others, to be simulated quickly: what is built is polished at its end.
     pub fn with(&self, effect: &Effect) -> Self {
         let mut effects = self.effects.clone();
         effects.push(effect.clone());
-        Self { effects, ..self.clone() }
+        Self { effects, precise: false, ..self.clone() }
     }
 
     pub(crate) fn without(&self, effect: &Effect) -> Self {
         let effects = self.effects.iter().filter(|&e| *e != *effect).cloned().collect();
-        Self { effects, ..self.clone() }
+        Self { effects, precise: false, ..self.clone() }
     }
 
     /// The same to be simulated precisely; without effects it is anyway.
