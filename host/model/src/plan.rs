@@ -86,6 +86,7 @@ pub fn plan(
             sets.iter().map(|set| fitted(&model, &data, set)).collect::<Result<_>>()?
         }
     };
+    let fits: Vec<JointFit> = fits.into_iter().map(JointFit::quickly).collect();
     let rivals: Vec<Rival> = fits.iter().map(|fit| Rival { name: name(fit), fit }).collect();
     let can = can(path, campaign.as_ref())?;
     let possible = possible(&data, &fits[0], &can);
