@@ -7,7 +7,7 @@ use yawrig_base::interrupt;
 use yawrig_core::diagnosis::diagnose::fit_over_pieces;
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::{fit_added, lines_anew, Fitted};
-use yawrig_core::fit::joint::{fit_precisely, JointFit};
+use yawrig_core::fit::joint::{self, JointFit};
 use yawrig_core::fit::own;
 
 /// `inner` with `effect` added.
@@ -54,7 +54,7 @@ pub fn add(data: &Data, inner: &JointFit, effect: Effect) -> Result<JointFit> {
     }
     // Another valley than the inner model's, or one that quick simulations have shifted.
     let (releases, sharing) = (data.releases(), data.sharing(structure.effects.len()));
-    let beside = fit_precisely(&releases, &structure, &sharing, &zero);
+    let beside = joint::fit(&releases, &structure.precisely(), &sharing, &zero);
     interrupt::check()?;
     Ok(nested(if beside.is_better_than(&fit) { beside } else { fit }, inner))
 }

@@ -35,7 +35,8 @@ pub(super) fn by_likelihood(
     found.path.push(polished(last, decay));
     found.path = found.path.into_iter().map(|model| with_discrepancy(model, decay)).collect();
     let last = found.path.last().expect("the plain model");
-    let alone = is_explained(last, decay) && beyond(&found.plain, last).len() < 2;
+    let explained = is_explained(last, decay);
+    let alone = explained && beyond(&found.plain, last).len() < 2;
     // Random forcing that hardly shows bends a single effect to it; then it has to be likelier by itself.
     let forced = !alone || forced::forced_rather_than(decay, &start.plain, last).is_some();
     if let Some(forced) = forced.then(|| random_forcing(record, decay, start, last)).flatten() {
@@ -46,7 +47,7 @@ pub(super) fn by_likelihood(
     let steps = steps(decay, &found.path);
     // Effects can be bent to a short record; they have to predict the rest of it too.
     let is_predicted = steps.last().is_some_and(|s| s.held_out_over_noise < NEAR_NOISE);
-    let status = match (is_explained(last, decay) && is_predicted, effects.is_empty()) {
+    let status = match (explained && is_predicted, effects.is_empty()) {
         (true, true) => Status::Adequate,
         (true, false) => Status::Explained,
         (false, _) => Status::Unexplained,

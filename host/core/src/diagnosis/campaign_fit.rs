@@ -123,7 +123,7 @@ impl Campaign<'_> {
     }
 
     /// The same with a line's frequency, or a stop's place, as most know it: where there is none, the size of what
-    /// fits the noise best says nothing. `None` where a release has another.
+    /// fits the noise best says nothing. `None` where a release has another, or none knows it.
     fn tied(
         &self,
         whole: &[Release],
@@ -136,9 +136,9 @@ impl Campaign<'_> {
             for number in (1..effect.parameters().len()).filter(is_common) {
                 let known = |fit: &JointFit| Some(fit.quantity(fit.place(effect, number, 0)?));
                 let known = alone.iter().filter_map(known).filter(|q| q.u > 0.0 && q.u.is_finite());
-                let value = weighted_median(
-                    &mut known.map(|q| (q.value, q.u.powi(-2))).collect::<Vec<_>>(),
-                );
+                let mut known: Vec<(f64, f64)> = known.map(|q| (q.value, q.u.powi(-2))).collect();
+                // None where no release knows it.
+                let value = Some(weighted_median(&mut known)).filter(|value| value.is_finite())?;
                 let number = Number::Of(effect.clone(), number);
                 tied.limits.push(Limit { number, low: value, high: value });
             }

@@ -155,7 +155,8 @@ pub(crate) fn judge(
     let known = |e: &Effect| plain.effects.contains(e) || structure.zero_unknown && e.moves_rest();
     let mut named = alone.named();
     named.retain(|effect| !known(effect));
-    // What lasts does so in every release of a rig, or in all with the wind on; what depends on the amplitude may show in one only.
+    // What lasts does so in every release of a rig, or in all with the wind on; what depends on the amplitude may
+    // show in one only.
     let lasts = |e: &Effect| !matches!(e.acts_on(), Acts::State | Acts::Sensor) && !e.dies_out();
     named.retain(|effect| !lasts(effect) || alone.mostly(effect));
     named.truncate(MOST_EFFECTS);

@@ -68,7 +68,7 @@ impl Diagnosis {
                  is random does not repeat"
             ),
             Status::Unexplained if self.releases.iter().all(|release| release.explained) => {
-                format!("unexplained: {named} bring it to the noise, but do not predict its later part")
+                format!("unexplained: with {named} it is down to the noise, but its later part is not predicted")
             }
             Status::Unexplained => format!("unexplained: {named} helped, but not to the noise"),
         }

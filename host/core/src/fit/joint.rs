@@ -160,7 +160,7 @@ impl JointFit {
             return self;
         }
         let starts: Vec<Vec<f64>> = self.fits.iter().map(|fit| fit.parameters.clone()).collect();
-        let polished = fit_precisely(releases, &self.structure, &self.sharing, &starts);
+        let polished = fit(releases, &self.structure.precisely(), &self.sharing, &starts);
         if polished.converged {
             polished
         } else {
@@ -319,16 +319,6 @@ pub fn fit(
     let start = together.gathered(starts, &|_, _| None);
     let fit = together.minimise(&start, EVALUATIONS);
     JointFit::new(releases, structure, sharing, together, fit)
-}
-
-/// As [`fit`], by precise simulations.
-pub fn fit_precisely(
-    releases: &[Release],
-    structure: &Structure,
-    sharing: &Sharing,
-    starts: &[Vec<f64>],
-) -> JointFit {
-    fit(releases, &structure.precisely(), sharing, starts)
 }
 
 /// Fits `structure` from each release's own fit, which holds every effect that `sharing` gives the release;
