@@ -120,7 +120,7 @@ pub fn what_is_refined_is_what_was_planted<B: Board>() {
     ];
     let case = |(zero_deg, amplitude_deg, noise_deg, clock_ppm)| Case {
         wn: 12.0,
-        zeta: 0.012,
+        zeta: 0.03,
         zero_deg,
         amplitude_deg,
         noise_deg,

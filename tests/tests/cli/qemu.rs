@@ -45,7 +45,7 @@ fn swinging() -> (Running, Vec<u32>) {
 
 #[test]
 #[ignore = "needs QEMU: tests/run runs it"]
-fn the_main_job_gives_the_same_bits_on_the_arm_image() {
+fn the_main_job_gives_the_same_bits_on_the_arm_image_at_full_size() {
     let here = of_seed_1().json();
     let mut running = yawrig("demo --no-report --json --seed 1 --device qemu").start();
     running.says("--device /dev/");

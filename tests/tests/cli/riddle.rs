@@ -32,7 +32,7 @@ fn solved(revealed: &Value) {
 #[test]
 fn every_step_at_once() {
     let folder = tempfile::tempdir().expect("a folder");
-    let revealed = run(folder.path(), "demo --hidden 2 --json").exits(0).json();
+    let revealed = run(folder.path(), "demo --hidden 5 --json").exits(0).json();
     solved(&revealed);
     assert_eq!(revealed["folder"], "yawrig-hidden");
     for name in ["campaign.toml", "model.toml", "network.yrn", "report.html", "sealed-truth.txt"] {
