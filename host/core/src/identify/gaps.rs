@@ -4,7 +4,7 @@
 //! a gap of up to half a period is filled with what one damped oscillation, fitted to the cycles on both
 //! sides of it, says of it; a longer one parts the record.
 
-use super::envelope::strongest_frequency_rad_s;
+use super::envelope::{envelope, strongest_frequency_rad_s};
 use super::least_squares::fit_mode;
 use super::samples::Samples;
 use crate::fit::lines::SteadyLine;
@@ -221,19 +221,9 @@ fn longest_swing(samples: &Samples<'_>, parting: &[Gap], frequency: f64) -> (f64
     let last_s = all.time_s[all.len() - 1];
     let begins = std::iter::once(all.time_s[0]).chain(parting.iter().map(|gap| gap.to_s));
     let ends = parting.iter().map(|gap| gap.from_s).chain([last_s]);
-    let half_s = 0.5 * TAU / frequency;
-    // Twice the amplitude, whatever the offset, and zero where the model is held.
-    let swing = |&(from_s, to_s): &(f64, f64)| {
-        let part = all.between(from_s, to_s);
-        let mut ahead = 0;
-        let mut sum = 0.0;
-        for (t, y) in part.time_s.iter().zip(part.yaw_deg) {
-            while ahead < part.len() && part.time_s[ahead] < t + half_s {
-                ahead += 1;
-            }
-            sum += part.yaw_deg.get(ahead).map_or(0.0, |later| (later - y).abs());
-        }
-        sum
+    // Of the oscillation: noise is no swing, however long it lasts.
+    let swing = |&(from_s, to_s): &(f64, f64)| -> f64 {
+        envelope(&all.between(from_s, to_s), frequency).iter().map(|p| p.amplitude_deg).sum()
     };
     let parts = begins.zip(ends);
     parts.max_by(|a, b| swing(a).total_cmp(&swing(b))).expect("at least one part")
@@ -267,6 +257,8 @@ fn filling(samples: &Samples<'_>, gap: &Gap, frequency: f64) -> Vec<(f64, f64)> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rand::{Rng, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
     use yawrig_rig::{Effects, Samples as RigSamples, Sensor, Start};
     use yawrig_shared::modal::Modal;
 
@@ -326,5 +318,14 @@ mod tests {
         assert!((found.record.time_s[0] - 8.7).abs() < 1e-9, "{}", found.record.time_s[0]);
         let found = filled(&without(&noisy, &[(18.0, 18.7)])).expect("a swing");
         assert!(found.record.time_s[0] == 0.0);
+        // A long rest afterwards is no swing, however noisy its sensor.
+        let mut rests = noisy.clone();
+        let end_s = noisy.time_s[noisy.len() - 1] + 5.0;
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        for k in 0..600_000 {
+            rests.time_s.push(end_s + 1e-3 * f64::from(k));
+            rests.yaw_deg.push(random.random_range(-1.5..1.5));
+        }
+        assert!(filled(&rests).expect("a swing").record.time_s[0] == 0.0);
     }
 }
