@@ -61,6 +61,11 @@ pub(crate) struct ModelOfReleases {
 }
 
 impl ModelOfReleases {
+    /// Whether it moves at all as the releases do: what has no motion with some numbers has no residual.
+    fn is_fitted(&self) -> bool {
+        self.fits.iter().all(|fit| fit.sum_of_squares.is_finite())
+    }
+
     /// The releases it explains worst.
     fn worst(&self, releases: &Releases) -> Vec<usize> {
         let over: Vec<f64> =
@@ -175,8 +180,9 @@ pub(crate) fn judge(
             .map(|effect| removed(releases, &alone, larger, effect))
             .collect::<Result<Vec<_>>>()?;
         let worst = |model: &ModelOfReleases| over_noise(&model.fits, &releases.decays);
-        let least = smaller.into_iter().min_by(|a, b| worst(a).total_cmp(&worst(b)));
-        path.push(least.expect("an effect"));
+        let fitted = smaller.into_iter().filter(ModelOfReleases::is_fitted);
+        let Some(least) = fitted.min_by(|a, b| worst(a).total_cmp(&worst(b))) else { break };
+        path.push(least);
     }
     if path[path.len() - 1].effects.len() > there {
         path.push(plain);
@@ -283,6 +289,7 @@ fn pruned(
             .collect::<Result<_>>()?;
         let needless = without
             .into_iter()
+            .filter(|(_, smaller)| smaller.is_fitted())
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .filter(|(worth, _)| *worth <= MARGIN);
         match needless {
