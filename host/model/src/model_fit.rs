@@ -291,7 +291,8 @@ pub fn later_part(data: &Data, structure: &Structure, fits: &[Fitted]) -> Result
     let parts: Vec<Release> =
         data.fitted.iter().map(|r| Release::part(&r.decay, FITTED_SHARE)).collect();
     let sharing = data.sharing(structure.effects.len());
-    let partial = joint::fit(&parts, structure, &sharing, &numbers(fits));
+    let quick = Structure { precise: false, ..structure.clone() };
+    let partial = joint::fit(&parts, &quick, &sharing, &numbers(fits)).polished(&parts);
     interrupt::check()?;
     Ok(partial.held_out_over_noise(data.decays()).unwrap_or(f64::NAN))
 }

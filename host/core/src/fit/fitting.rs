@@ -18,6 +18,8 @@ pub(crate) const LONGER: f64 = 1.8;
 /// Times a fit to the whole that has not converged is gone on with: the numbers of a law or of a large swing
 /// share what they explain.
 const AGAIN: usize = 4;
+/// Share of a number's standard uncertainty by which the error of a quick simulation may move it.
+pub(crate) const MOVED: f64 = 0.1;
 /// For a user's own effect, on from the best start.
 const OWN_EVALUATIONS: usize = 50;
 
@@ -245,8 +247,12 @@ pub(crate) fn refitted(decay: &FreeDecay, structure: &Structure, start: &[f64]) 
 }
 
 /// `model` once more by precise simulations, as [`JointFit::polished`](crate::fit::joint::JointFit::polished).
-pub(crate) fn polished(model: Fitted, decay: &FreeDecay) -> Fitted {
-    if !model.converged || model.structure.effects.iter().any(Effect::is_own) {
+pub(crate) fn polished(mut model: Fitted, decay: &FreeDecay) -> Fitted {
+    let Some(moved) = moved_by_steps(&model, decay).filter(|_| model.converged) else {
+        return model;
+    };
+    if moved < MOVED {
+        model.structure = model.structure.precisely();
         return model;
     }
     let polished = refitted(decay, &model.structure.precisely(), &model.parameters);
@@ -255,6 +261,20 @@ pub(crate) fn polished(model: Fitted, decay: &FreeDecay) -> Fitted {
     } else {
         model
     }
+}
+
+/// By what share of its standard uncertainty the error of a quick simulation's steps moves a number at most: all of
+/// that error, were it of the number's own shape, over what the model leaves. `None` where a precise simulation of it
+/// runs away, and of a user's own effect, which is followed precisely anyway.
+pub(crate) fn moved_by_steps(model: &Fitted, decay: &FreeDecay) -> Option<f64> {
+    let mut precise = model.clone();
+    precise.structure = model.structure.precisely();
+    let readings = precise.readings(&decay.grid);
+    let quick = model.residuals.iter().zip(&decay.yaw_rad).map(|(off, yaw)| off + yaw);
+    let square: f64 = quick.zip(&readings).map(|(quick, precise)| (quick - precise).powi(2)).sum();
+    let moved = (square * model.effective_count() / model.sum_of_squares).sqrt();
+    let is_own = model.structure.effects.iter().any(Effect::is_own);
+    Some(moved).filter(|moved| moved.is_finite() && !is_own)
 }
 
 /// `model` fitted again to the first `count` means, from its own values.
@@ -300,6 +320,9 @@ pub fn held_out_over_noise(decay: &FreeDecay, model: &Fitted) -> f64 {
     let y = model.readings(&decay.grid);
     let later = model.count..decay.yaw_rad.len();
     let n = later.len().max(1) as f64;
-    let sum: f64 = later.map(|k| (y[k] - decay.yaw_rad[k]).powi(2)).sum();
-    (sum / n).sqrt() / decay.noise_rad
+    let (off, all) = later.fold((0.0, 0.0), |(off, all), k| {
+        (off + (y[k] - decay.yaw_rad[k]).powi(2), all + decay.yaw_rad[k].powi(2))
+    });
+    // An error as large as the motion is no prediction, however large it is, nor is what runs away.
+    (f64::min(off, all) / n).sqrt() / decay.noise_rad
 }
