@@ -256,8 +256,12 @@ impl<'a> JointProblem<'a> {
     /// What the model lacks at its fitted numbers `all`, those marked `fixed` apart; `None` where it lacks
     /// nothing that shows.
     pub(crate) fn discrepancy(&self, all: &[f64], fixed: &[bool]) -> Option<Discrepancy> {
+        // Once somebody asks for an end, whoever asked finds out why there is none.
+        let observed = |part: &Part| {
+            (!part.release.decay.stop.is_requested()).then(|| part.observed(all, fixed))
+        };
         let releases: Vec<Observed> =
-            self.parts.iter().map_at_once(|part| part.observed(all, fixed)).collect();
+            self.parts.iter().map_at_once(observed).collect::<Option<_>>()?;
         let may_be_noise = releases.iter().all(Observed::may_be_noise);
         discrepancy::of(&releases, all.len(), may_be_noise)
     }
