@@ -49,7 +49,9 @@ impl SearchStart {
                 candidates.push(own.clone());
             }
         }
-        candidates.retain(|e| !plain.structure.effects.contains(e));
+        let there = &plain.structure.effects;
+        let held = |e: &Effect| there.iter().filter_map(Effect::measured).any(|law| law.holds(e));
+        candidates.retain(|e| !there.contains(e) && !held(e));
         let singles = candidates.iter().map_at_once(|e| fit_added(decay, &plain, e)).collect();
         decay.stop.check()?;
         Ok(Self { plain, candidates, singles })

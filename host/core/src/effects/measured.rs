@@ -13,7 +13,8 @@
 
 use super::curves::{Curves, Knots, Part, Shape, KNOTS};
 use super::law::{Card, Equation, Law, Parameter, Scale, Seen};
-use super::terms::Terms;
+use super::terms::{State, Terms};
+use super::Effect;
 use nalgebra::{DMatrix, DVector};
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -120,6 +121,30 @@ impl MeasuredLaw {
             }
         }
         Some((out, rise / self.rate_rad_s))
+    }
+
+    /// Whether it bends to all that `effect` does: a moment of the yaw angle alone or of the yaw rate alone, as far as it
+    /// has the parts that are alike on both sides, or differ, as that does; or dry friction.
+    pub(crate) fn holds(&self, effect: &Effect) -> bool {
+        if !effect.is_strength_of_state() || effect.moves_rest() {
+            return false;
+        }
+        let terms = Terms::of([(effect.clone(), &[1.0][..])]);
+        let at = |yaw: f64, rate: f64| {
+            let (yaw_rad, rate_rad_s) = (yaw * self.yaw_rad, rate * self.rate_rad_s);
+            let state = State { yaw_rad, rate_rad_s, time_s: 0.0, spring_moment_rad_s2: 0.0 };
+            terms.smooth_moment(&state, 0.0)
+        };
+        let has = |part: Part| self.parts.iter().any(|(there, _)| *there == part);
+        let of = |up: f64, down: f64, same: Part, differs: Part| {
+            (up + down == 0.0 || has(differs)) && (up == down || has(same))
+        };
+        match [at(1.0, 0.0), at(0.0, 1.0)] {
+            [0.0, 0.0] => self.friction && effect.sticks(),
+            [up, 0.0] => of(up, at(-1.0, 0.0), Part::Stiffness, Part::UnevenStiffness),
+            [0.0, up] => of(up, at(0.0, -1.0), Part::Damping, Part::UnevenDamping),
+            _ => false,
+        }
     }
 
     /// With knots nearer where the law of these `values` bends.

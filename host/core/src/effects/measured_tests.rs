@@ -64,3 +64,25 @@ fn its_friction_is_left_to_the_integration() {
     law.write(&p, &mut terms);
     assert_eq!((terms.dry_friction_rad_s2, terms.smooth_moment(&at(0.1, 0.2), 0.0)), (0.3, 0.0));
 }
+
+#[test]
+fn it_holds_what_its_parts_bend_to() {
+    let law = |parts: &[Part], friction| {
+        let parts = parts.iter().map(|part| (*part, 1e-3)).collect();
+        MeasuredLaw::new(0.3, 2.0, parts, friction, true)
+    };
+    let held = |law: &MeasuredLaw| -> Vec<&str> {
+        let all = Effect::ALL.iter().filter(|e| law.holds(e));
+        all.map(|e| e.id()).collect()
+    };
+    let odd =
+        ["cubic_stiffness", "quintic_stiffness", "pendulum_gravity", "odd_quadratic_stiffness"];
+    let of_stiffness = held(&law(&[Part::Stiffness], false));
+    assert!(odd.iter().all(|id| of_stiffness.contains(id)), "{of_stiffness:?}");
+    assert_eq!(of_stiffness.len(), odd.len(), "{of_stiffness:?}");
+    assert_eq!(held(&law(&[Part::UnevenStiffness], false)), ["quadratic_stiffness"]);
+    assert_eq!(held(&law(&[Part::Damping], false)), ["quadratic_damping"]);
+    let mut rubbing = held(&law(&[Part::Damping], true));
+    rubbing.sort_unstable();
+    assert_eq!(rubbing, ["coulomb_friction", "quadratic_damping"]);
+}
