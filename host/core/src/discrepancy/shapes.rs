@@ -9,9 +9,8 @@ pub(super) const STIFFNESS_SHAPES: usize = 5;
 const DAMPING_SHAPES: usize = 4;
 /// Shapes end where the record does: beyond it they are held.
 const SHAPES_REACH: f64 = 1.2;
-/// Rate, as a share of the largest, over which dry friction changes its sign: a twentieth of the smallest
-/// amplitudes that are analysed as a rule (a tenth of the largest).
-const JUMP_RATE: f64 = 0.005;
+/// Dry friction, which is no smooth moment: it has its place among what turns.
+const DRY_FRICTION: usize = SHAPES - 1;
 
 /// A moment beside the model's effects: which, its strength (rad/s2), the largest angle and rate, and the
 /// rest angle.
@@ -30,7 +29,11 @@ pub(crate) fn add_shape(motion: &mut Motion, which: usize, strength: f64, yaw_ra
     let (wn, rest_rad) = (motion.natural_frequency_rad_s, motion.rest_rad());
     let strength_rad_s2 = strength * wn * wn * yaw_rad;
     let numbers = [which as f64, strength_rad_s2, yaw_rad, wn * yaw_rad, rest_rad];
+    // In any case: motions whose moments are alike are followed side by side.
     motion.terms.add_moment::<Shape>(&numbers);
+    if which == DRY_FRICTION {
+        motion.terms.rub(strength_rad_s2);
+    }
 }
 
 /// Of the angle Legendre's polynomials less their tangent at zero, and abs(b) b; of the rate Chebyshev's less
@@ -48,7 +51,7 @@ fn shape(which: usize, angle: f64, rate: f64) -> f64 {
         5 => 4.0 * v2 * v,
         6 => v2 * v * (16.0 * v2 - 20.0),
         7 => v.abs() * v,
-        _ => v / (v2 + JUMP_RATE * JUMP_RATE).sqrt(),
+        _ => 0.0,
     }
 }
 

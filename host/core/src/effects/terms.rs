@@ -155,7 +155,7 @@ impl Terms {
     }
 
     /// Dry friction, which has corners where it is zero, too: what is derived by it is followed alike.
-    pub(super) fn rub(&mut self, dry_friction_rad_s2: f64) {
+    pub(crate) fn rub(&mut self, dry_friction_rad_s2: f64) {
         self.dry_friction_rad_s2 += dry_friction_rad_s2.max(f64::MIN_POSITIVE);
     }
 
