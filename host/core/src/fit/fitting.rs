@@ -263,9 +263,10 @@ pub(crate) fn polished(mut model: Fitted, decay: &FreeDecay) -> Fitted {
     }
 }
 
-/// By what share of its standard uncertainty the error of a quick simulation's steps moves a number at most: all of
-/// that error, were it of the number's own shape, over what the model leaves. `None` where a precise simulation of it
-/// runs away, of a user's own effect, which is followed precisely anyway, and once the user stops it.
+/// By what share of its standard uncertainty the error of a quick simulation's steps moves a number at most:
+/// all of that error, were it of the number's own shape, over what the model leaves. `None` where a precise
+/// simulation of it runs away, of a user's own effect, which is followed precisely anyway, and once the user
+/// stops it.
 pub(crate) fn moved_by_steps(model: &Fitted, decay: &FreeDecay) -> Option<f64> {
     if decay.stop.is_requested() {
         return None;

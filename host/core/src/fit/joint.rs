@@ -153,8 +153,8 @@ impl JointFit {
         }
     }
 
-    /// The same by precise simulations, fitted again where the error of quick ones moves its numbers: they are then
-    /// those of the equation, whatever integrates it. As it is where that does not converge.
+    /// The same by precise simulations, fitted again where the error of quick ones moves its numbers: they are
+    /// then those of the equation, whatever integrates it. As it is where that does not converge.
     pub fn polished(mut self, releases: &[Release]) -> Self {
         let each = self.fits.iter().zip(releases);
         let moved = |(fit, release): (&Fitted, &Release)| moved_by_steps(fit, release.decay);
