@@ -39,12 +39,15 @@ impl Default for Grouping<'_> {
 /// # Errors
 /// No release at all; naming the record without a free decay; a present model that cannot be fitted; interrupted.
 pub fn diagnose(releases: &[Record], grouping: &Grouping, options: &Options) -> Result<Diagnosed> {
-    match (grouping, releases) {
+    let found = match (grouping, releases) {
         (_, []) => Err(Error::NoRelease),
         (Grouping::Campaign(made), _) => of_campaign(made, releases, options),
         (Grouping::Rig(_), [only]) => of_parts(only, options),
         (Grouping::Rig(common), _) => of_several(releases, common, options),
-    }
+    }?;
+    // What was cut short is no answer.
+    options.stop.check()?;
+    Ok(found)
 }
 
 /// One release; where gaps part it that are too long to be filled, what lies between them are releases of the

@@ -37,6 +37,7 @@ impl Releases {
     ) -> Result<Self> {
         let one = |(record, wind_speed_m_s): (&Record, &f64)| {
             let (wind_speed_m_s, stop) = (*wind_speed_m_s, options.stop.clone());
+            stop.check()?;
             Ok(FreeDecay { wind_speed_m_s, stop, ..FreeDecay::of(record)? })
         };
         // Collected first, so that of several bad records always the first is named.

@@ -34,6 +34,10 @@ pub fn at_amplitudes(decay: &FreeDecay, model: &Fitted) -> Vec<AtAmplitude> {
     let (Some(&first), Some(&last)) = (envelope.first(), envelope.last()) else { return vec![] };
     let off = off(decay, model);
     let at = |amplitude_rad: f64| {
+        // Whoever asked for an end finds out why there is none.
+        if decay.stop.is_requested() {
+            return None;
+        }
         let passed = envelope.iter().position(|a| *a <= amplitude_rad * (1.0 + 1e-9));
         let missed = missed(&off, decay.measurand.shown(amplitude_rad));
         of_cycle(model, amplitude_rad, decay.grid.time_s(passed?), decay, missed)
@@ -72,7 +76,8 @@ pub(crate) fn windows_of(decay: &FreeDecay, yaw_rad: &[f64]) -> Vec<Window> {
 fn off(decay: &FreeDecay, model: &Fitted) -> Vec<AtAmplitude> {
     // Where the phase is lost a linear step sees no law.
     let has_law = model.discrepancy.as_ref().is_some_and(Discrepancy::has_law);
-    if !has_law && model.over_noise(decay) <= ABOVE_NOISE {
+    let is_down = !has_law && model.over_noise(decay) <= ABOVE_NOISE;
+    if is_down || decay.stop.is_requested() {
         return Vec::new();
     }
     let of_model = windows_of(decay, &model.readings(&decay.grid));
