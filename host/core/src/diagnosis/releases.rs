@@ -182,8 +182,15 @@ pub(crate) fn judge(
             .collect::<Result<Vec<_>>>()?;
         let worst = |model: &ModelOfReleases| over_noise(&model.fits, &releases.decays);
         let fitted = smaller.into_iter().filter(ModelOfReleases::is_fitted);
-        let Some(least) = fitted.min_by(|a, b| worst(a).total_cmp(&worst(b))) else { break };
-        path.push(least);
+        path.push(match fitted.min_by(|a, b| worst(a).total_cmp(&worst(b))) {
+            Some(least) => least,
+            // From the beginning, where none is to be had from here.
+            None => {
+                let about_rest = larger.fits[0].structure.about_rest;
+                let less = &larger.effects[there..larger.effects.len() - 1];
+                begun(releases, &alone, &plain, less, about_rest)?
+            }
+        });
     }
     if path[path.len() - 1].effects.len() > there {
         path.push(plain);
