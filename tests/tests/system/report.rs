@@ -14,8 +14,8 @@ const WINDOWS: [Window; 4] = [
     Window { width: 1920, height: 1080, is_dark: true },
 ];
 
-/// Opens the page at every size, in one colour or the other; pictures go where `YAWRIG_PICTURES` says, to be looked
-/// at.
+/// Opens the page at every size, in one colour or the other; pictures go where `YAWRIG_PICTURES` says, to be
+/// looked at.
 fn looked_at(page: &Path, words: &[&str], plots: u64) {
     let name = page.file_stem().expect("a name").to_string_lossy().into_owned();
     let bytes = page.metadata().expect("the page").len();

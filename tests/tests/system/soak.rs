@@ -1,5 +1,5 @@
-//! Ten thousand releases on one device, and fifty on QEMU's, two hundred at full size: none missed, no number left out, the same
-//! answer to the same release early and late, memory as at the start.
+//! Ten thousand releases on one device, and fifty on QEMU's, two hundred at full size: none missed, no number
+//! left out, the same answer to the same release early and late, memory as at the start.
 //!
 //! The firmware has no heap to lose: it is `no_std` without `alloc`, and its buffers are fields of one value.
 //! What can grow here is the host's side, whose memory is looked at.

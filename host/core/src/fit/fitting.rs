@@ -1,6 +1,7 @@
 //! A model with effects fitted to a free decay: natural frequency, damping, initial state and every
 //! coefficient.
 
+use crate::at_once::AtOnce;
 use crate::discrepancy::ABOVE_NOISE;
 use crate::effects::Effect;
 pub use crate::fit::fitted::{Covariance, Fitted, Modal};
@@ -18,8 +19,9 @@ pub(crate) const LONGER: f64 = 1.8;
 /// Times a fit to the whole that has not converged is gone on with: the numbers of a law or of a large swing
 /// share what they explain.
 const AGAIN: usize = 4;
-/// Share of a number's standard uncertainty by which the error of a quick simulation may move it.
-pub(crate) const MOVED: f64 = 0.1;
+/// Share of a number's standard uncertainty by which the error of a quick simulation may move it: in quadrature
+/// half a per cent of that.
+const MOVED: f64 = 0.1;
 /// For a user's own effect, on from the best start.
 const OWN_EVALUATIONS: usize = 50;
 
@@ -248,10 +250,8 @@ pub(crate) fn refitted(decay: &FreeDecay, structure: &Structure, start: &[f64]) 
 
 /// `model` once more by precise simulations, as [`JointFit::polished`](crate::fit::joint::JointFit::polished).
 pub(crate) fn polished(mut model: Fitted, decay: &FreeDecay) -> Fitted {
-    let Some(moved) = moved_by_steps(&model, decay).filter(|_| model.converged) else {
-        return model;
-    };
-    if moved < MOVED {
+    let Some(moved) = are_moved_by_steps(&[(&model, decay)]) else { return model };
+    if !moved {
         model.structure = model.structure.precisely();
         return model;
     }
@@ -263,22 +263,27 @@ pub(crate) fn polished(mut model: Fitted, decay: &FreeDecay) -> Fitted {
     }
 }
 
-/// By what share of its standard uncertainty the error of a quick simulation's steps moves a number at most:
-/// all of that error, were it of the number's own shape, over what the model leaves. `None` where a precise
-/// simulation of it runs away, of a user's own effect, which is followed precisely anyway, and once the user
-/// stops it.
-pub(crate) fn moved_by_steps(model: &Fitted, decay: &FreeDecay) -> Option<f64> {
-    if decay.stop.is_requested() {
-        return None;
-    }
-    let mut precise = model.clone();
-    precise.structure = model.structure.precisely();
-    let readings = precise.readings(&decay.grid);
-    let quick = model.residuals.iter().zip(&decay.yaw_rad).map(|(off, yaw)| off + yaw);
-    let square: f64 = quick.zip(&readings).map(|(quick, precise)| (quick - precise).powi(2)).sum();
-    let moved = (square * model.effective_count() / model.sum_of_squares).sqrt();
-    let is_own = model.structure.effects.iter().any(Effect::is_own);
-    Some(moved).filter(|moved| moved.is_finite() && !is_own)
+/// Whether the error of a quick simulation's steps may move a number that these `models` share by a share of its
+/// standard uncertainty that counts: all of that error, were it of the number's own shape, over what the models
+/// leave. `None` where one has not converged or a precise simulation of it runs away, of a user's own effect,
+/// which is followed precisely anyway, and once the user stops it.
+pub(crate) fn are_moved_by_steps(models: &[(&Fitted, &FreeDecay)]) -> Option<bool> {
+    let square = |(model, decay): &(&Fitted, &FreeDecay)| {
+        let is_own = model.structure.effects.iter().any(Effect::is_own);
+        if !model.converged || is_own || decay.stop.is_requested() {
+            return None;
+        }
+        let mut precise = Fitted::clone(model);
+        precise.structure = model.structure.precisely();
+        let readings = precise.readings(&decay.grid);
+        let quick = model.residuals.iter().zip(&decay.yaw_rad).map(|(off, yaw)| off + yaw);
+        let error: f64 =
+            quick.zip(&readings).map(|(quick, precise)| (quick - precise).powi(2)).sum();
+        let square = error * model.effective_count() / model.sum_of_squares;
+        square.is_finite().then_some(square)
+    };
+    let squares: Vec<f64> = models.iter().map_at_once(square).collect::<Option<_>>()?;
+    Some(squares.iter().sum::<f64>() > MOVED * MOVED)
 }
 
 /// `model` fitted again to the first `count` means, from its own values.

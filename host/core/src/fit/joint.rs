@@ -14,7 +14,7 @@ use crate::at_once::AtOnce;
 use crate::bic;
 use crate::effects::Effect;
 use crate::fit::at_amplitude::with_windows;
-use crate::fit::fitting::{enough, moved_by_steps, Fitted, Structure, FIRST_CYCLES, LONGER, MOVED};
+use crate::fit::fitting::{are_moved_by_steps, enough, Fitted, Structure, FIRST_CYCLES, LONGER};
 use crate::fit::free_decay::FreeDecay;
 pub use crate::fit::problem::Release;
 use crate::fit::problem::{JointProblem, EVALUATIONS};
@@ -156,11 +156,10 @@ impl JointFit {
     /// The same by precise simulations, fitted again where the error of quick ones moves its numbers: they are
     /// then those of the equation, whatever integrates it. As it is where that does not converge.
     pub fn polished(mut self, releases: &[Release]) -> Self {
-        let each = self.fits.iter().zip(releases);
-        let moved = |(fit, release): (&Fitted, &Release)| moved_by_steps(fit, release.decay);
-        let moved: Option<Vec<f64>> = each.map_at_once(moved).collect();
-        let Some(moved) = moved.filter(|_| self.converged) else { return self };
-        if moved.into_iter().all(|moved| moved < MOVED) {
+        let each: Vec<(&Fitted, &FreeDecay)> =
+            self.fits.iter().zip(releases.iter().map(|release| release.decay)).collect();
+        let Some(moved) = are_moved_by_steps(&each) else { return self };
+        if !moved {
             self.structure = self.structure.precisely();
             self.fits.iter_mut().for_each(|fit| fit.structure = fit.structure.precisely());
             return self;

@@ -225,8 +225,8 @@ fn longest_swing(samples: &Samples<'_>, parting: &[Gap], frequency: f64) -> (f64
     let swing = |&(from_s, to_s): &(f64, f64)| -> f64 {
         envelope(&all.between(from_s, to_s), frequency).iter().map(|p| p.amplitude_deg).sum()
     };
-    let parts = begins.zip(ends);
-    parts.max_by(|a, b| swing(a).total_cmp(&swing(b))).expect("at least one part")
+    let parts = begins.zip(ends).map(|part| (swing(&part), part));
+    parts.max_by(|a, b| a.0.total_cmp(&b.0)).expect("at least one part").1
 }
 
 /// Samples inside `gap` at the record's own step.
