@@ -38,13 +38,21 @@ pub(crate) fn evidence(smaller: &Fitted, larger: &Fitted, effective: f64) -> f64
 /// Residual over noise up to which so many independent residuals agree with their floor: of few the ratio
 /// scatters more.
 pub(super) fn explained_up_to(independent: f64) -> f64 {
-    let scatter = 3.0 * (OF_RATIO / (2.0 * independent)).sqrt();
-    ABOVE_NOISE.max(1.0 + scatter.min(0.3))
+    up_to((OF_RATIO / (2.0 * independent)).sqrt())
+}
+
+fn up_to(scatter: f64) -> f64 {
+    ABOVE_NOISE.max(1.0 + (3.0 * scatter).min(0.3))
 }
 
 /// Whether residual and noise floor agree.
 pub fn is_explained(fitted: &Fitted, decay: &FreeDecay) -> bool {
-    fitted.over_noise(decay) <= explained_up_to(fitted.effective_count())
+    let up_to = match &decay.colour {
+        // The residual scatters with its floor, and less.
+        Some(colour) => up_to(colour.u_share),
+        None => explained_up_to(fitted.effective_count()),
+    };
+    fitted.over_noise(decay) <= up_to
 }
 
 /// The same of every release.

@@ -136,6 +136,7 @@ fn search_from(decay: &FreeDecay, start: SearchStart) -> Result<SearchResult> {
     }
     decay.stop.check()?;
     let (accepted, refused) = guarded(&decay, &plain, accepted);
+    let decay = sharpened(decay, &accepted.model);
     decay.stop.check()?;
     let explained = is_explained(&accepted.model, &decay);
     let indistinguishable = match explained {

@@ -4,7 +4,7 @@ use crate::effects::Scale;
 use crate::error::Result;
 use crate::fit::floor;
 use crate::fit::lines::{self, SteadyLine};
-use crate::fit::noise::{self, Colour};
+use crate::fit::noise::{Colour, Spectrum};
 use crate::fit::noise_floor;
 use crate::identify::gaps::{self, Warning};
 use crate::identify::outliers::exclude_spikes;
@@ -16,6 +16,7 @@ use crate::statistics::rms_of_uneven_sixths;
 use crate::stop::Stop;
 use std::borrow::Cow;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// Block means per cycle: those on which residual and noise floor are compared.
 pub(crate) const MEANS_PER_CYCLE: f64 = 50.0;
@@ -96,6 +97,8 @@ pub struct FreeDecay {
     pub noise_rad: f64,
     /// Noise of one sample.
     pub sample_noise_rad: f64,
+    /// Of the samples, between the harmonics.
+    pub(crate) spectrum: Arc<Spectrum>,
     /// The noise where it is correlated from sample to sample.
     pub(crate) colour: Option<Colour>,
     /// Of the oscillation, about; from the identification.
@@ -187,6 +190,7 @@ impl FreeDecay {
                 .mean_rad
                 .max(1e-9 * reading_rad)
                 .max(of_model(floor::of_steps(as_read, measurand.shown(noise.sample_rad)))),
+            spectrum: noise.spectrum.into(),
             colour: noise.colour,
             sample_noise_rad: noise.sample_rad,
             grid,
@@ -248,23 +252,18 @@ impl FreeDecay {
         Cow::Owned(Self { grid: Grid { count, ..self.grid }, yaw_rad, ..self.clone() })
     }
 
-    /// With the floor of coloured noise taken from the `residuals` of a good model, which show it down to
-    /// frequencies that the oscillation hides in the record.
-    pub(crate) fn sharpened(self, residuals: &[f64]) -> Self {
-        if self.colour.is_none() {
-            return self;
-        }
-        let colour = noise::colour_of_residuals(residuals, TAU / self.per_cycle(), self.block);
-        self.coloured(colour)
-    }
-
-    /// The same, and where the record itself shows no colour, with what the residuals show beyond doubt.
+    /// With the floor of coloured noise as the record and the `residuals` of a good model show it; where the
+    /// record itself shows none, if they do so beyond doubt.
     pub(crate) fn with_noise_of(self, residuals: &[f64]) -> Self {
-        if self.colour.is_some() {
-            return self.sharpened(residuals);
-        }
-        let colour = noise::believed_of_residuals(residuals, TAU / self.per_cycle(), self.block);
-        self.coloured(colour)
+        let turn = TAU / self.per_cycle();
+        let shown = self.spectrum.with_residuals(residuals, turn, self.block);
+        let colour = match self.colour {
+            Some(_) => shown.some_colour(self.block),
+            None => shown.colour(self.block),
+        };
+        let most = residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64;
+        let block = self.block;
+        self.coloured(colour.map(|colour| colour.at_most(most, block)))
     }
 
     fn coloured(mut self, colour: Option<Colour>) -> Self {

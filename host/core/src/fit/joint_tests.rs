@@ -27,6 +27,7 @@ fn decay(wn: f64, c: f64) -> FreeDecay {
         block: 1,
         noise_rad: 1e-3,
         sample_noise_rad: 1e-3,
+        spectrum: Default::default(),
         colour: None,
         frequency_rad_s: wn,
         amplitude_rad: 0.2,

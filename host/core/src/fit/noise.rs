@@ -29,15 +29,21 @@ pub(crate) const OF_RESIDUALS: Window =
 const LEAST_BINS: usize = 24;
 const MOST_BANDS: usize = 60;
 const FEWEST_BANDS: usize = 6;
+/// Frequencies at which a band's model is evaluated.
+const IN_BAND: usize = 9;
 /// Harmonics of the oscillation left out.
 const HARMONICS: usize = 8;
 /// Lag-one correlations between samples that are tried. Below it is as good as white; above it is a drift.
 const CORRELATIONS: (f64, f64) = (0.15, 0.97);
 const GRID: usize = 36;
-/// Gain of the fit above which a part is believed: twice a log likelihood.
-const PART_BELIEVED: f64 = 14.0;
-/// Deviations beyond this many of their standard deviations count ever less.
-const ROBUST: f64 = 3.0;
+/// Gain of the fit above which a colour is believed: twice a log likelihood. White noise beside a swing
+/// reaches it in one of 1500 records.
+const COLOUR_BELIEVED: f64 = 10.0;
+/// Steps to the likeliest levels at most.
+const SCORINGS: usize = 30;
+/// Deviations beyond this many of their standard deviations count ever less: a moment with corners has lines
+/// far beyond the harmonics that are left out.
+const ROBUST: f64 = 1.5;
 
 /// Noise of single samples: white, and correlated by `correlation` from one to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,6 +51,8 @@ pub(crate) struct Colour {
     pub(crate) white_variance: f64,
     pub(crate) coloured_variance: f64,
     pub(crate) correlation: f64,
+    /// Standard uncertainty of the noise of a mean, over it.
+    pub(crate) u_share: f64,
 }
 
 impl Colour {
@@ -55,6 +63,14 @@ impl Colour {
         self.white_variance / b + self.coloured_variance * (b + 2.0 * pairs) / (b * b)
     }
 
+    /// With a variance of means of `block` of at most `most`, which holds it.
+    pub(crate) fn at_most(self, most: f64, block: usize) -> Self {
+        let share = (most / self.mean_variance(block)).min(1.0);
+        let [white_variance, coloured_variance] =
+            [self.white_variance, self.coloured_variance].map(|variance| share * variance);
+        Self { white_variance, coloured_variance, ..self }
+    }
+
     /// Covariance of neighbouring means of `block`; each further one falls by correlation^block.
     pub(crate) fn next_covariance(&self, block: usize) -> f64 {
         let (b, c) = (block as f64, self.correlation);
@@ -62,56 +78,106 @@ impl Colour {
     }
 }
 
+/// Mean of the spectrum over neighbouring frequencies.
+#[derive(Clone, Debug)]
 struct Band {
-    /// rad/sample
-    frequency: f64,
+    /// Some of the frequencies, rad/mean: the spectrum may fall across a band.
+    frequencies: Vec<f64>,
+    /// The oscillation's, rad/mean.
+    turn: f64,
+    /// Samples in a mean.
+    block: usize,
     level: f64,
     /// Inverse variance of its logarithm.
     weight: f64,
 }
 
-/// The coloured noise in `samples`, evenly spaced, `turn` the oscillation's phase from one to the next (rad);
-/// none where white noise (and random forcing) accounts for the spectrum.
-pub(crate) fn colour(samples: &[f64], turn: f64) -> Option<Colour> {
-    believed(&bands(samples, turn, &OF_RECORD)?, turn, 1)
+impl Band {
+    /// Twice the log likelihood that it lacks where the level is `model`: of a mean of exponential values.
+    fn deviance(&self, model: f64) -> f64 {
+        let x = self.level / model;
+        2.0 * self.weight * (x - 1.0 - x.ln())
+    }
+
+    /// Its level where a sample's white or coloured noise has unit variance, or a moment is random.
+    fn shapes(&self, correlation: Option<f64>) -> [f64; 3] {
+        let mean = |of: &dyn Fn(f64) -> f64| {
+            self.frequencies.iter().map(|w| of(*w)).sum::<f64>() / self.frequencies.len() as f64
+        };
+        let coloured = |w: f64| correlation.map_or(0.0, |c| mean_spectrum(c, self.block, w));
+        let forced = |w: f64| {
+            let x = (w / self.turn).powi(2);
+            1.0 / ((1.0 - x).powi(2) + 0.01 * x)
+        };
+        let block = self.block as f64;
+        [1.0 / block, mean(&coloured), mean(&forced) / block]
+    }
 }
 
-fn believed(bands: &[Band], turn: f64, block: usize) -> Option<Colour> {
-    let (white, _) = fitted(bands, turn, block, None);
-    let (coloured, colour) = coloured(bands, turn, block)?;
-    (white - coloured > PART_BELIEVED).then_some(colour)
+/// What a record holds between the harmonics of its oscillation.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Spectrum {
+    bands: Vec<Band>,
 }
 
-/// The same in the `residuals` of a model, means of `block` samples, where the record itself shows none: a
-/// short one has no room between the harmonics.
-pub(crate) fn believed_of_residuals(residuals: &[f64], turn: f64, block: usize) -> Option<Colour> {
-    believed(&bands(residuals, turn, &OF_RESIDUALS)?, turn, block)
-}
+impl Spectrum {
+    /// Of `samples`, evenly spaced, `turn` the oscillation's phase from one to the next (rad).
+    pub(crate) fn of_record(samples: &[f64], turn: f64) -> Self {
+        Self { bands: bands(samples, turn, 1, &OF_RECORD) }
+    }
 
-/// The same from the `residuals` of a good model, means of `block` samples; it shows the noise down to
-/// frequencies that the oscillation hides in the record.
-pub(crate) fn colour_of_residuals(residuals: &[f64], turn: f64, block: usize) -> Option<Colour> {
-    let bands = bands(residuals, turn, &OF_RESIDUALS)?;
-    Some(coloured(&bands, turn, block)?.1)
-}
+    /// With the `residuals` of a good model, means of `block` samples, up to where they reach: they show the
+    /// noise down to frequencies that the oscillation hides in the record. `turn` is from one to the next.
+    pub(crate) fn with_residuals(&self, residuals: &[f64], turn: f64, block: usize) -> Self {
+        let mut bands = bands(residuals, turn, block, &OF_RESIDUALS);
+        let up_to = bands.last().map_or(0.0, |b| b.frequencies[b.frequencies.len() - 1] / b.turn);
+        bands.extend(self.bands.iter().filter(|b| b.frequencies[0] / b.turn > up_to).cloned());
+        Self { bands }
+    }
 
-/// The correlation that fits best, with its misfit.
-fn coloured(bands: &[Band], turn: f64, block: usize) -> Option<(f64, Colour)> {
-    // Even in the logarithm of the correlation's time.
-    let (from, to) = (-1.0 / CORRELATIONS.0.ln(), -1.0 / CORRELATIONS.1.ln());
-    let (correlation, (cost, [white_variance, coloured_variance, _])) = (0..GRID)
-        .map(|i| {
+    /// The coloured noise in it; none where white noise (and random forcing) accounts for it. Its uncertainty
+    /// is that of means of `block` samples.
+    pub(crate) fn colour(&self, block: usize) -> Option<Colour> {
+        let (cost, colour) = self.likeliest(block)?;
+        (fitted(&self.bands, None).0 - cost > COLOUR_BELIEVED).then_some(colour)
+    }
+
+    /// The same where it is known that there is some.
+    pub(crate) fn some_colour(&self, block: usize) -> Option<Colour> {
+        Some(self.likeliest(block)?.1)
+    }
+
+    /// The correlation that fits best, with its misfit.
+    fn likeliest(&self, block: usize) -> Option<(f64, Colour)> {
+        if self.bands.len() < FEWEST_BANDS {
+            return None;
+        }
+        // Even in the logarithm of the correlation's time.
+        let (from, to) = (-1.0 / CORRELATIONS.0.ln(), -1.0 / CORRELATIONS.1.ln());
+        let tried = (0..GRID).map(|i| {
             let share = i as f64 / (GRID - 1) as f64;
             let correlation = (-1.0 / (from * (to / from).powf(share))).exp();
-            (correlation, fitted(bands, turn, block, Some(correlation)))
-        })
-        .min_by(|a, b| a.1 .0.total_cmp(&b.1 .0))?;
-    Some((cost, Colour { white_variance, coloured_variance, correlation }))
+            let (cost, [white_variance, coloured_variance, _]) =
+                fitted(&self.bands, Some(correlation));
+            (cost, Colour { white_variance, coloured_variance, correlation, u_share: 0.0 })
+        });
+        let tried: Vec<(f64, Colour)> = tried.collect();
+        let (least, mut colour) = *tried.iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
+        // What the correlation leaves open, and what a level does whose shape is known.
+        let open = tried.iter().fold((0.0, 0.0), |(sum, squares), (cost, other)| {
+            let chance = (0.5 * (least - cost)).exp();
+            let off = (other.mean_variance(block) / colour.mean_variance(block)).ln();
+            (sum + chance, squares + chance * off * off)
+        });
+        let level = self.bands.iter().map(|b| b.weight).sum::<f64>().recip();
+        colour.u_share = 0.5 * (open.1 / open.0 + level).sqrt();
+        Some((least, colour))
+    }
 }
 
 /// Spectrum, at `frequency` rad/mean, of means of `block` samples with unit variance and the correlation `c`.
 fn mean_spectrum(c: f64, block: usize, frequency: f64) -> f64 {
-    let unit = Colour { white_variance: 0.0, coloured_variance: 1.0, correlation: c };
+    let unit = Colour { white_variance: 0.0, coloured_variance: 1.0, correlation: c, u_share: 0.0 };
     let per_block = c.powi(block as i32);
     let next = unit.next_covariance(block);
     let (s, cos) = frequency.sin_cos();
@@ -141,11 +207,11 @@ pub(crate) fn periodogram(samples: &[f64], window: &Window) -> Vec<f64> {
     spectrum.iter().map(|s| s.norm_sqr() / power).collect()
 }
 
-/// Levels of the periodogram, scaled so that white noise shows its variance.
-fn bands(samples: &[f64], turn: f64, window: &Window) -> Option<Vec<Band>> {
+/// Levels of the periodogram of means of `block` samples, scaled so that white noise shows its variance.
+fn bands(samples: &[f64], turn: f64, block: usize, window: &Window) -> Vec<Band> {
     let n = samples.len();
     if n < 256 {
-        return None;
+        return Vec::new();
     }
     let power = periodogram(samples, window);
     let bin = TAU / n as f64;
@@ -159,9 +225,9 @@ fn bands(samples: &[f64], turn: f64, window: &Window) -> Option<Vec<Band>> {
     };
     let levels: Vec<(f64, f64)> =
         (1..n / 2).map(|k| (k as f64 * bin, power[k])).filter(|(w, _)| clear(*w)).collect();
-    let first = levels.first()?.0;
-    let ratio = (PI / first).powf(1.0 / MOST_BANDS as f64);
     let mut out = Vec::new();
+    let Some((first, _)) = levels.first() else { return out };
+    let ratio = (PI / first).powf(1.0 / MOST_BANDS as f64);
     let mut from = 0;
     while from < levels.len() {
         let edge = levels[from].0 * ratio;
@@ -173,13 +239,14 @@ fn bands(samples: &[f64], turn: f64, window: &Window) -> Option<Vec<Band>> {
         let count = part.len();
         let level = clipped_mean(part);
         if level > 0.0 {
-            let frequency = (levels[from].0 * levels[to - 1].0).sqrt();
+            let of = |k: usize| levels[from + (count - 1) * k / (IN_BAND - 1)].0;
+            let frequencies = (0..IN_BAND).map(of).collect();
             let weight = count as f64 / window.shared_bins;
-            out.push(Band { frequency, level, weight });
+            out.push(Band { frequencies, turn, block, level, weight });
         }
         from = to;
     }
-    (out.len() >= FEWEST_BANDS).then_some(out)
+    out
 }
 
 /// Mean of exponentially distributed values, those beyond four times the mean left out: they belong to lines.
@@ -213,18 +280,8 @@ pub(super) fn bessel(x: f64) -> f64 {
 }
 
 /// Misfit, and levels of the white, the coloured and the forced part, none negative.
-fn fitted(bands: &[Band], turn: f64, block: usize, correlation: Option<f64>) -> (f64, [f64; 3]) {
-    let shapes: Vec<[f64; 3]> = bands
-        .iter()
-        .map(|b| {
-            let w = b.frequency;
-            let coloured = correlation.map_or(0.0, |c| mean_spectrum(c, block, w));
-            let x = (w / turn).powi(2);
-            [1.0 / block as f64, coloured, 1.0 / ((1.0 - x).powi(2) + 0.01 * x)]
-        })
-        .collect();
-    let mut logs: Vec<f64> = bands.iter().map(|b| b.level.ln()).collect();
-    let middle = crate::statistics::median(&mut logs).exp();
+fn fitted(bands: &[Band], correlation: Option<f64>) -> (f64, [f64; 3]) {
+    let shapes: Vec<[f64; 3]> = bands.iter().map(|band| band.shapes(correlation)).collect();
     let mut best = (f64::INFINITY, [0.0; 3]);
     for parts in [
         [true, false, false],
@@ -237,11 +294,7 @@ fn fitted(bands: &[Band], turn: f64, block: usize, correlation: Option<f64>) -> 
         if parts[1] && correlation.is_none() {
             continue;
         }
-        let mut levels = [middle * block as f64, 0.0, 0.0];
-        for _ in 0..15 {
-            let Some(next) = reweighted(bands, &shapes, &levels, parts) else { break };
-            levels = next;
-        }
+        let levels = levels_of(bands, &shapes, parts);
         let parameters = parts.iter().filter(|p| **p).count() as f64;
         let cost = misfit(bands, &shapes, &levels) + 3.0 * parameters;
         if cost < best.0 {
@@ -260,47 +313,38 @@ fn misfit(bands: &[Band], shapes: &[[f64; 3]], levels: &[f64; 3]) -> f64 {
         .iter()
         .zip(shapes)
         .map(|(b, s)| {
-            let r2 = b.weight * (b.level / model(s, levels)).ln().powi(2);
-            ROBUST * ROBUST * (1.0 + r2 / (ROBUST * ROBUST)).ln()
+            ROBUST * ROBUST * (1.0 + b.deviance(model(s, levels)) / (ROBUST * ROBUST)).ln()
         })
         .sum()
 }
 
-/// One weighted least-squares step to levels of the `parts`; none where a level would be negative.
-fn reweighted(
-    bands: &[Band],
-    shapes: &[[f64; 3]],
-    levels: &[f64; 3],
-    parts: [bool; 3],
-) -> Option<[f64; 3]> {
-    let mut a = nalgebra::Matrix3::<f64>::zeros();
-    let mut y = nalgebra::Vector3::<f64>::zeros();
-    for (b, s) in bands.iter().zip(shapes) {
-        let m = model(s, levels);
-        let r = (b.level / m).ln();
-        let weight = b.weight / (1.0 + b.weight * r * r / (ROBUST * ROBUST)) / (m * m);
-        // The logarithm's tangent at the present model.
-        let target = m * (1.0 + r.clamp(-2.0, 2.0));
+/// The likeliest levels of the `parts`, by Fisher's scoring of their logarithms: none is negative, and what
+/// is not there goes to nothing.
+fn levels_of(bands: &[Band], shapes: &[[f64; 3]], parts: [bool; 3]) -> [f64; 3] {
+    let alone = |i: usize| {
+        let mut ratios: Vec<f64> = bands.iter().zip(shapes).map(|(b, s)| b.level / s[i]).collect();
+        crate::statistics::median(&mut ratios)
+    };
+    let mut levels = [0, 1, 2].map(|i| if parts[i] { alone(i) } else { 0.0 });
+    for _ in 0..SCORINGS {
+        let mut information = nalgebra::Matrix3::<f64>::identity() * 1e-3;
+        let mut score = nalgebra::Vector3::<f64>::zeros();
+        for (b, s) in bands.iter().zip(shapes) {
+            let m = model(s, &levels);
+            let weight = b.weight / (1.0 + b.deviance(m) / (ROBUST * ROBUST));
+            let share = nalgebra::Vector3::from_fn(|i, _| s[i] * levels[i] / m);
+            information += weight * share * share.transpose();
+            score += weight * (b.level / m - 1.0) * share;
+        }
+        let Some(step) = information.lu().solve(&score) else { break };
         for i in 0..3 {
-            for j in 0..3 {
-                a[(i, j)] += weight * s[i] * s[j];
-            }
-            y[i] += weight * s[i] * target;
+            levels[i] *= step[i].clamp(-1.0, 1.0).exp();
+        }
+        if step.amax() < 1e-3 {
+            break;
         }
     }
-    for i in 0..3 {
-        if !parts[i] {
-            for j in 0..3 {
-                a[(i, j)] = 0.0;
-                a[(j, i)] = 0.0;
-            }
-            a[(i, i)] = 1.0;
-            y[i] = 0.0;
-        }
-    }
-    let x = a.lu().solve(&y)?;
-    let ok = (0..3).all(|i| x[i].is_finite() && (!parts[i] || x[i] > 0.0));
-    ok.then(|| [x[0], x[1], x[2]])
+    levels
 }
 
 #[cfg(test)]
@@ -309,6 +353,10 @@ mod tests {
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution, StandardNormal};
+
+    fn coloured(correlation: f64) -> Colour {
+        Colour { white_variance: 0.0, coloured_variance: 0.05 * 0.05, correlation, u_share: 0.0 }
+    }
 
     fn decay(noise: f64, correlation: f64, seed: u64) -> Vec<f64> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -326,27 +374,29 @@ mod tests {
 
     #[test]
     fn coloured_noise_beside_a_swing_is_measured_and_white_noise_is_left_alone() {
-        // The lowest frequencies, which the swing covers, weigh most in a mean: from the record its variance
-        // is known to some 15 %, from residuals to some 10 % (29 seeds: 0.66-1.27 and 0.75-1.21 of the
-        // truth).
+        // The lowest frequencies, which the swing covers, weigh most in a mean: from the record its
+        // variance is known to some 20 %, with residuals to some 10 %.
         let mut mean = 0.0;
         for (seed, correlation) in (1..30).map(|k| (k, [0.5, 0.8, 0.95][k as usize % 3])) {
-            let truth = Colour { white_variance: 0.0, coloured_variance: 0.05 * 0.05, correlation };
+            let truth = coloured(correlation);
             let y = decay(0.05, correlation, seed);
-            let found = colour(&y, 7e-3).expect("colour");
+            let shown = Spectrum::of_record(&y, 7e-3);
+            let found = shown.colour(17).expect("colour");
             let ratio = found.mean_variance(17) / truth.mean_variance(17);
-            assert!((0.5..1.5).contains(&ratio), "{correlation}: {ratio}");
+            let off = (ratio.sqrt() - 1.0) / found.u_share.max(0.03);
+            assert!(off.abs() < 4.0, "{correlation}: {ratio}");
             let noise: Vec<f64> = y.iter().zip(decay(0.0, 0.0, 0)).map(|(a, b)| a - b).collect();
             let means: Vec<f64> =
                 noise.chunks_exact(17).map(|m| m.iter().sum::<f64>() / 17.0).collect();
-            let sharper = colour_of_residuals(&means, 17.0 * 7e-3, 17).expect("colour");
+            let sharper = shown.with_residuals(&means, 17.0 * 7e-3, 17);
+            let sharper = sharper.some_colour(17).expect("colour");
             let ratio = sharper.mean_variance(17) / truth.mean_variance(17);
             assert!((0.65..1.35).contains(&ratio), "{correlation}: {ratio}");
             mean += ratio / 29.0;
         }
         assert!((mean - 1.0).abs() < 0.06, "{mean}");
         for seed in 10..20 {
-            assert_eq!(colour(&decay(0.05, 0.0, seed), 7e-3), None);
+            assert_eq!(Spectrum::of_record(&decay(0.05, 0.0, seed), 7e-3).colour(17), None);
         }
     }
     /// A few cycles, whose harmonics leave no room in the record's own spectrum.
@@ -359,11 +409,12 @@ mod tests {
                 decay(0.05, correlation, seed).iter().zip(&swing).map(of).take(1400).collect()
             };
             let (correlation, turn) = (0.8, 0.1);
-            let truth = Colour { white_variance: 0.0, coloured_variance: 0.05 * 0.05, correlation };
-            let found = believed_of_residuals(&noise(correlation), turn, 1).expect("colour");
+            let truth = coloured(correlation);
+            let believed = |y: &[f64]| Spectrum::default().with_residuals(y, turn, 1).colour(1);
+            let found = believed(&noise(correlation)).expect("colour");
             let ratio = (found.mean_variance(1) / truth.mean_variance(1)).sqrt();
             assert!((0.6..1.5).contains(&ratio), "{seed}: {ratio}");
-            assert_eq!(believed_of_residuals(&noise(0.0), turn, 1), None);
+            assert_eq!(believed(&noise(0.0)), None);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What readings and the means of their blocks scatter by.
 
-use crate::fit::noise::{self, Colour};
+use crate::fit::noise::{Colour, Spectrum};
 use crate::record::resample;
 use crate::statistics::{rms_of_sixths, rms_of_thirds};
 use std::f64::consts::TAU;
@@ -12,6 +12,7 @@ const AGREE: f64 = 0.25;
 
 /// What readings scatter by.
 pub(crate) struct Noise {
+    pub(crate) spectrum: Spectrum,
     pub(crate) colour: Option<Colour>,
     /// Of one reading.
     pub(crate) sample_rad: f64,
@@ -29,7 +30,8 @@ pub(crate) fn noise(
     uneven: Option<(f64, f64)>,
     left: f64,
 ) -> Noise {
-    let colour = noise::colour(kept, radians_per_sample);
+    let spectrum = Spectrum::of_record(kept, radians_per_sample);
+    let colour = spectrum.colour(block);
     let (sample_rad, mean_rad) = match (colour, uneven) {
         (Some(colour), _) => (
             (colour.white_variance + colour.coloured_variance).sqrt(),
@@ -50,7 +52,7 @@ pub(crate) fn noise(
             (sample, if is_fine { mean } else { mean.min(left / (block as f64).sqrt()) })
         }
     };
-    Noise { colour, sample_rad, mean_rad }
+    Noise { spectrum, colour, sample_rad, mean_rad }
 }
 
 /// Share of white noise that is left in means of `block` values at `rate_hz` of the curve through samples at

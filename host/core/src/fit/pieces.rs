@@ -135,7 +135,6 @@ impl Pieces {
                 },
                 yaw_rad: decay.yaw_rad[range.clone()].to_vec(),
                 windows: Vec::new(),
-                colour: decay.colour,
                 ..decay.clone()
             };
             Piece { decay, own: Own::ALONE }
