@@ -1,8 +1,8 @@
 //! Random forcing recognised: the likelihood of a Kalman filter with process noise against one without.
 //!
-//! State (b, r) of the plain model, driven by a white random moment of intensity q; means of its angle are read
-//! with white noise. The likelihood is that of the innovations, the noise's variance that of the floor: R. H. Jones,
-//! Technometrics 22 (1980). A deterministic effect that is missing also raises q; it is recognised by
+//! State (b, r) of the plain model, driven by a white random moment of intensity q; means of its angle are
+//! read with white noise. The likelihood is that of the innovations, the noise's variance that of the floor:
+//! R. H. Jones, Technometrics 22 (1980). A deterministic effect that is missing also raises q; it is recognised by
 //! forcing, frequency or damping that are not the same in every quarter of the record, by innovations that
 //! are not white, know the state, or stand out.
 
@@ -178,12 +178,13 @@ pub(crate) fn fit(decay: &FreeDecay, plain: &Fitted) -> Option<Buffeted> {
     fit_series(decay, &yaw, plain, None)
 }
 
-/// The likeliest random forcing behind what `model` leaves, which follows the linear equation of motion as
-/// long as it is small.
-pub(crate) fn fit_residuals(decay: &FreeDecay, model: &Fitted) -> Option<Buffeted> {
+/// The likeliest random forcing behind what `model` leaves of a motion with the angles and rates `states`.
+pub(crate) fn fit_residuals(
+    decay: &FreeDecay,
+    model: &Fitted,
+    states: &[[f64; 2]],
+) -> Option<Buffeted> {
     let left: Vec<f64> = model.residuals.iter().map(|r| -r).collect();
-    let (yaw, rate) = model.motion().readings_and_rates(&decay.grid);
-    let states = yaw.into_iter().zip(rate).map(|(b, r)| [b, r]).collect();
     fit_series(decay, &left, model, Some(states))
 }
 
@@ -191,7 +192,7 @@ fn fit_series(
     decay: &FreeDecay,
     yaw: &[f64],
     model: &Fitted,
-    states: Option<Vec<[f64; 2]>>,
+    states: Option<&[[f64; 2]]>,
 ) -> Option<Buffeted> {
     // The filter reads the angle. Of a rate or an acceleration the noise floor holds part of the forcing.
     let is_long = decay.yaw_rad.len() as f64 >= CYCLES * QUARTERS as f64 * decay.per_cycle();

@@ -7,7 +7,7 @@ use crate::bic::MARGIN;
 use crate::diagnosis::buffeting::{self, Buffeted};
 use crate::diagnosis::likelihood::{explained_up_to, BREADTH};
 use crate::effects::Effect;
-use crate::fit::fitting::{finished, Fitted, Structure};
+use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::linear_gain::gain_of_step;
 use crate::fit::problem::{problem_of_one, JointProblem, Release, EVALUATIONS};
@@ -33,7 +33,9 @@ pub(crate) fn forced_rather_than(
 /// Whether what a definite `model` leaves is random forcing, far likelier than that model's noise.
 pub(crate) fn is_random(decay: &FreeDecay, model: &Fitted) -> bool {
     let (deterministic, n) = buffeting::definite_criterion(decay, model);
-    buffeting::fit_residuals(decay, model)
+    let (yaw, rate) = model.motion().readings_and_rates(&decay.grid);
+    let states: Vec<[f64; 2]> = yaw.into_iter().zip(rate).map(|(b, r)| [b, r]).collect();
+    buffeting::fit_residuals(decay, model, &states)
         .is_some_and(|b| holds(&b, model.parameters.len(), deterministic, n))
 }
 
@@ -58,9 +60,45 @@ pub(crate) struct Forced {
     pub(crate) forcing: Buffeted,
 }
 
+/// A model's numbers under random forcing. Its effects act along the motion, most of which the forcing may
+/// make: what is left then follows the linear equation of motion.
 struct Whitened<'a> {
     inner: JointProblem<'a>,
     whitener: &'a Whitener,
+}
+
+impl<'a> Whitened<'a> {
+    fn of(decay: &'a FreeDecay, structure: &Structure, start: &[f64], known: &'a Known) -> Self {
+        let mut inner = problem_of_one(Release::whole(decay), structure, start);
+        inner.parts[0].states = Some(&known.states);
+        Self { inner, whitener: &known.whitener }
+    }
+}
+
+/// What is known of a forced motion: how to whiten what it leaves, and its angle and rate at each instant.
+struct Known {
+    whitener: Whitener,
+    states: Vec<[f64; 2]>,
+}
+
+impl Known {
+    /// `model` is the plain one.
+    fn of(decay: &FreeDecay, model: &Fitted, forcing: &Buffeted) -> Option<Self> {
+        let Buffeted { natural_frequency_rad_s, damping_ratio, ratio, .. } = *forcing;
+        let whitener = Whitener::new(&decay.grid, natural_frequency_rad_s, damping_ratio, ratio)?;
+        let left: Vec<f64> = model.residuals.iter().map(|r| -r).collect();
+        let (yaw, rate) = model.motion().readings_and_rates(&decay.grid);
+        let random = whitener.smoothed(&left);
+        let all = yaw.iter().zip(&rate).zip(random).map(|((b, r), [db, dr])| [b + db, r + dr]);
+        Some(Self { states: all.collect(), whitener })
+    }
+
+    /// The same whitened as behind another forcing.
+    fn behind(&mut self, decay: &FreeDecay, forcing: &Buffeted) -> Option<()> {
+        let Buffeted { natural_frequency_rad_s, damping_ratio, ratio, .. } = *forcing;
+        self.whitener = Whitener::new(&decay.grid, natural_frequency_rad_s, damping_ratio, ratio)?;
+        Some(())
+    }
 }
 
 /// Hands on what it is given, whitened.
@@ -99,16 +137,25 @@ impl Problem for Whitened<'_> {
     }
 }
 
-fn solve(decay: &FreeDecay, structure: &Structure, start: &[f64], whitener: &Whitener) -> Fit {
-    let inner = problem_of_one(Release::whole(decay), structure, start);
+fn solve(decay: &FreeDecay, structure: &Structure, start: &[f64], known: &Known) -> Fit {
     let options =
         Options { max_evaluations: EVALUATIONS, tolerance: 0.02, accuracy: 0.0, damping: 1e-4 };
-    minimise(&Whitened { inner, whitener }, start, &options)
+    minimise(&Whitened::of(decay, structure, start, known), start, &options)
 }
 
-fn whitener(decay: &FreeDecay, forcing: &Buffeted) -> Option<Whitener> {
-    let Buffeted { natural_frequency_rad_s, damping_ratio, ratio, .. } = *forcing;
-    Whitener::new(&decay.grid, natural_frequency_rad_s, damping_ratio, ratio)
+/// What `fit` leaves is the random motion's, and noise.
+fn finished(decay: &FreeDecay, structure: &Structure, fit: Fit, known: &Known) -> Fitted {
+    let Whitened { inner, .. } = Whitened::of(decay, structure, &fit.parameters, known);
+    let mut residuals = vec![0.0; decay.yaw_rad.len()];
+    inner.parts[0].readings(&fit.parameters, &mut residuals);
+    residuals.iter_mut().zip(&decay.yaw_rad).for_each(|(r, y)| *r -= y);
+    let (converged, covariance) = (fit.stop.is_minimum(), fit.covariance.ok());
+    let around = decay.around();
+    let mut model =
+        Fitted::new(structure.clone(), fit.parameters, residuals, converged, covariance, around);
+    // The covariance is that of white innovations; the plain residuals' correlation does not bear on it.
+    (model.correlation, model.inflation, model.modal_inflation) = (0.0, 1.0, 1.0);
+    model
 }
 
 /// Those of `candidates` beside `inner` for which a linear step under the filter predicts evidence, most
@@ -116,7 +163,7 @@ fn whitener(decay: &FreeDecay, forcing: &Buffeted) -> Option<Whitener> {
 fn promising(
     decay: &FreeDecay,
     inner: &Fitted,
-    whitener: &Whitener,
+    known: &Known,
     sum_of_squares: f64,
     candidates: &[Effect],
 ) -> Vec<Effect> {
@@ -130,8 +177,8 @@ fn promising(
         let starts = crate::fit::starts::of(decay, inner, effect);
         let from = |start: &Vec<f64>| {
             let p = [&inner.parameters[..], start].concat();
-            let inner = problem_of_one(Release::whole(decay), &structure, &p);
-            let (gain, more) = gain_of_step(&Whitened { inner, whitener }, &p, n)?;
+            let problem = Whitened::of(decay, &structure, &p, known);
+            let (gain, more) = gain_of_step(&problem, &p, n)?;
             let left = (sum_of_squares - gain).max(f64::MIN_POSITIVE);
             Some(bic::gain(sum_of_squares, left, count, more as f64))
         };
@@ -160,23 +207,24 @@ pub(crate) fn search(
     let mut forcing = forcing.clone();
     let mut model = plain.clone();
     let there = plain.structure.effects.len();
+    let mut known = Known::of(decay, plain, &forcing)?;
     while model.structure.effects.len() - there < MOST_BESIDE {
-        let filter = whitener(decay, &forcing)?;
-        let smaller = solve(decay, &model.structure, &model.parameters, &filter);
+        known.behind(decay, &forcing)?;
+        let smaller = solve(decay, &model.structure, &model.parameters, &known);
         let mut inner = model.clone();
         inner.parameters.clone_from(&smaller.parameters);
         // Lines are looked for in the innovations: the random motion is all about the natural frequency.
-        filter.whiten(&mut inner.residuals);
-        let best = promising(decay, &inner, &filter, smaller.sum_of_squares, candidates)
+        known.whitener.whiten(&mut inner.residuals);
+        let best = promising(decay, &inner, &known, smaller.sum_of_squares, candidates)
             .iter()
             .map_at_once(|e| {
                 let structure = model.structure.with(e);
-                let (inner, filter) = (&inner, &filter);
+                let (inner, known) = (&inner, &known);
                 let starts = crate::fit::starts::of(decay, inner, e).into_iter();
                 let from = starts.map(|start| {
                     let mut p = inner.parameters.clone();
                     p.extend(start);
-                    (structure.clone(), solve(decay, &structure, &p, filter))
+                    (structure.clone(), solve(decay, &structure, &p, known))
                 });
                 from.collect::<Vec<_>>()
             })
@@ -192,17 +240,15 @@ pub(crate) fn search(
         if gain < MARGIN {
             break;
         }
-        model = finished(decay, &structure, fit, decay.yaw_rad.len());
+        model = finished(decay, &structure, fit, &known);
         // The effect no longer counts as forcing; with less of it, the fit is another.
-        forcing = buffeting::fit_residuals(decay, &model)?;
-        let filter = whitener(decay, &forcing)?;
-        let again = solve(decay, &structure, &model.parameters, &filter);
+        forcing = buffeting::fit_residuals(decay, &model, &known.states)?;
+        known.behind(decay, &forcing)?;
+        let again = solve(decay, &structure, &model.parameters, &known);
         if again.stop.is_minimum() {
-            model = finished(decay, &structure, again, decay.yaw_rad.len());
-            forcing = buffeting::fit_residuals(decay, &model)?;
+            model = finished(decay, &structure, again, &known);
+            forcing = buffeting::fit_residuals(decay, &model, &known.states)?;
         }
-        // The covariance is that of white innovations; the plain residuals' correlation does not bear on it.
-        (model.correlation, model.inflation, model.modal_inflation) = (0.0, 1.0, 1.0);
     }
     (model.structure.effects.len() > there).then_some(Forced { model, forcing })
 }

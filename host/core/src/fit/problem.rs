@@ -57,6 +57,8 @@ pub(crate) struct Part<'a> {
     pub(crate) free: Vec<usize>,
     pub(crate) bounds: Vec<(f64, f64)>,
     steps: Vec<f64>,
+    /// Angle and rate at each instant, where they are known and the effects are to act along them.
+    pub(crate) states: Option<&'a [[f64; 2]]>,
 }
 
 impl Part<'_> {
@@ -70,7 +72,10 @@ impl Part<'_> {
 
     pub(crate) fn readings(&self, p: &[f64], out: &mut [f64]) {
         let (motion, zero) = self.motion(p);
-        motion.readings(&self.grid(), out);
+        match self.states {
+            None => motion.readings(&self.grid(), out),
+            Some(states) => motion.readings_along(states, &self.grid(), out),
+        }
         out.iter_mut().for_each(|y| *y += zero);
     }
 
@@ -100,7 +105,12 @@ impl Part<'_> {
             q[j] = p[j];
         }
         let mut readings = vec![vec![0.0; self.release.count]; motions.len()];
-        readings_of_all(&motions, &self.grid(), &mut readings);
+        match self.states {
+            None => readings_of_all(&motions, &self.grid(), &mut readings),
+            Some(states) => motions.iter().zip(&mut readings).for_each(|(motion, readings)| {
+                motion.readings_along(states, &self.grid(), readings);
+            }),
+        }
         for (readings, zero) in readings.iter_mut().zip(&zeros).filter(|(_, zero)| **zero != 0.0) {
             readings.iter_mut().for_each(|y| *y += zero);
         }
@@ -231,6 +241,7 @@ impl<'a> JointProblem<'a> {
                     places,
                     free,
                     bounds,
+                    states: None,
                 }
             })
             .collect();

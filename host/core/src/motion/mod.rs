@@ -1,10 +1,12 @@
 //! The yaw motion with effects, integrated.
 
+mod along;
 mod at_times;
 pub(crate) mod oscillator;
 pub(crate) mod own_motion;
 mod pace;
 mod pair;
+mod piece;
 pub(crate) mod random;
 mod side_by_side;
 pub mod simulate;

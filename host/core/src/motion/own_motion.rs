@@ -11,6 +11,7 @@
 
 use super::pace::Pace;
 use super::pair::{Flows, ERROR, NODES, WEIGHTS};
+use super::piece::Piece;
 use crate::effects::{Memories, State};
 use crate::motion::oscillator::{root, Flow, Motion, Walk};
 use std::cell::RefCell;
@@ -50,20 +51,8 @@ impl Motion {
     /// ```
     pub fn acceleration_rad_s2(&self, yaw_rad: f64, rate_rad_s: f64) -> f64 {
         let there = Self { yaw_rad, rate_rad_s, ..self.clone() };
-        let walker = Walker::new(&there, 1.0, 0, 0.0, Pace::Own);
-        walker.acceleration_within(yaw_rad, rate_rad_s, 0.0, walker.piece)
+        Walker::new(&there, 1.0, 0, 0.0, Pace::Own).acceleration_at([yaw_rad, rate_rad_s], 0.0)
     }
-}
-
-/// A smooth piece of the motion: which side of each corner it is on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Piece {
-    /// Sign of the yaw rate; 0: at rest, or to be decided.
-    direction: f64,
-    /// Side of the dead zone, 0 inside; 1 without one.
-    side: f64,
-    /// Sign of the yaw angle.
-    half: f64,
 }
 
 /// A step's end: the state, the moment there besides the plain model's, and the pair's disagreement of the
@@ -109,20 +98,14 @@ impl<'a> Walker<'a> {
             terms.own().iter().any(|own| of(&own.effect.program))
         };
         let (b, r) = (motion.yaw_rad, motion.rate_rad_s);
-        let play = terms.dead_zone_rad;
         let turns = terms.turns() || corner(|p| p.has_rate_corner);
-        let sign = |x: f64| if x == 0.0 { 0.0 } else { x.signum() };
         Self {
             motion,
             step_s,
             stiffness: motion.natural_frequency_rad_s.powi(2),
             amplitude: b.hypot(r / motion.natural_frequency_rad_s),
             tolerance: if terms.precise { PRECISE } else { STEP_TOLERANCE },
-            piece: Piece {
-                direction: sign(r),
-                side: if play > 0.0 && b.abs() < play { 0.0 } else { b.signum() },
-                half: b.signum(),
-            },
+            piece: Piece::at([b, r], terms.dead_zone_rad),
             own: RefCell::new(
                 terms
                     .own()
@@ -206,6 +189,12 @@ impl<'a> Walker<'a> {
 
     fn attempt_of(&self, b: f64, r: f64, t: f64, first: f64, step_s: f64) -> End {
         self.attempt(b, r, t, first, &Flows::new(self.motion, step_s))
+    }
+
+    /// b'' at angle and rate `state`, rad/s2.
+    pub(super) fn acceleration_at(&self, state: [f64; 2], t: f64) -> f64 {
+        let piece = Piece::at(state, self.motion.terms.dead_zone_rad);
+        self.acceleration_within(state[0], state[1], t, piece)
     }
 
     /// b'' on this piece, rad/s2.

@@ -190,16 +190,17 @@ fn pair(i: u64, shift: u64) -> Plan {
     Plan { effects: [a, b].map(|k| hidden()[k].clone()).to_vec(), seed, ..Plan::default() }
 }
 
-/// Dry friction under random forcing, twice; friction and damping in noise that the swing hides; forcing that
-/// shows once the damping is known. Chosen by their seeds, which nothing moves.
+/// Dry friction under random forcing, twice; free play under it, twice; friction and damping in noise that
+/// the swing hides; forcing that shows once the damping is known. Chosen by their seeds, which nothing moves.
 #[test]
 fn pairs_of_which_one_hides_the_other_are_named() {
-    let cases = cases_of([(22, 3), (22, 7), (2, 7), (15, 11)].map(|(i, s)| pair(i, s)).to_vec(), 0);
+    let hiding = [(22, 3), (22, 7), (9, 17), (9, 101), (2, 7), (15, 11)];
+    let cases = cases_of(hiding.map(|(i, s)| pair(i, s)).to_vec(), 0);
     let right = |c: &&Case| c.names_all() && c.found.status == Status::Explained;
     cases.iter().filter(|c| !right(c)).for_each(Case::print);
     let right = cases.iter().filter(right).count();
     println!("hiding pairs named exactly: {right} of {}", cases.len());
-    assert!(right >= 3);
+    assert!(right >= 5);
 }
 
 #[test]
