@@ -2,9 +2,9 @@
 //!
 //! State (b, r) of the plain model, driven by a white random moment of intensity q; means of its angle are
 //! read with white noise. The likelihood is that of the innovations, the noise's variance that of the floor:
-//! R. H. Jones, Technometrics 22 (1980). A deterministic effect that is missing also raises q; it is recognised by
-//! forcing, frequency or damping that are not the same in every quarter of the record, by innovations that
-//! are not white, know the state, or stand out.
+//! R. H. Jones, Technometrics 22 (1980). A deterministic effect that is missing also raises q; it is
+//! recognised by forcing, frequency or damping that are not the same in every quarter of the record, by
+//! innovations that are not white, know the state, or stand out.
 
 use crate::bic;
 use crate::diagnosis::likelihood::is_explained;

@@ -33,9 +33,7 @@ pub(crate) fn forced_rather_than(
 /// Whether what a definite `model` leaves is random forcing, far likelier than that model's noise.
 pub(crate) fn is_random(decay: &FreeDecay, model: &Fitted) -> bool {
     let (deterministic, n) = buffeting::definite_criterion(decay, model);
-    let (yaw, rate) = model.motion().readings_and_rates(&decay.grid);
-    let states: Vec<[f64; 2]> = yaw.into_iter().zip(rate).map(|(b, r)| [b, r]).collect();
-    buffeting::fit_residuals(decay, model, &states)
+    buffeting::fit_residuals(decay, model, &states(decay, model))
         .is_some_and(|b| holds(&b, model.parameters.len(), deterministic, n))
 }
 
@@ -70,35 +68,35 @@ struct Whitened<'a> {
 impl<'a> Whitened<'a> {
     fn of(decay: &'a FreeDecay, structure: &Structure, start: &[f64], known: &'a Known) -> Self {
         let mut inner = problem_of_one(Release::whole(decay), structure, start);
-        inner.parts[0].states = Some(&known.states);
+        inner.parts[0].states = Some(known.states);
         Self { inner, whitener: &known.whitener }
     }
 }
 
 /// What is known of a forced motion: how to whiten what it leaves, and its angle and rate at each instant.
-struct Known {
+struct Known<'a> {
     whitener: Whitener,
-    states: Vec<[f64; 2]>,
+    states: &'a [[f64; 2]],
 }
 
-impl Known {
-    /// `model` is the plain one.
-    fn of(decay: &FreeDecay, model: &Fitted, forcing: &Buffeted) -> Option<Self> {
-        let Buffeted { natural_frequency_rad_s, damping_ratio, ratio, .. } = *forcing;
-        let whitener = Whitener::new(&decay.grid, natural_frequency_rad_s, damping_ratio, ratio)?;
-        let left: Vec<f64> = model.residuals.iter().map(|r| -r).collect();
-        let (yaw, rate) = model.motion().readings_and_rates(&decay.grid);
-        let random = whitener.smoothed(&left);
-        let all = yaw.iter().zip(&rate).zip(random).map(|((b, r), [db, dr])| [b + db, r + dr]);
-        Some(Self { states: all.collect(), whitener })
-    }
+fn whitener(decay: &FreeDecay, forcing: &Buffeted) -> Option<Whitener> {
+    let Buffeted { natural_frequency_rad_s, damping_ratio, ratio, .. } = *forcing;
+    Whitener::new(&decay.grid, natural_frequency_rad_s, damping_ratio, ratio)
+}
 
-    /// The same whitened as behind another forcing.
-    fn behind(&mut self, decay: &FreeDecay, forcing: &Buffeted) -> Option<()> {
-        let Buffeted { natural_frequency_rad_s, damping_ratio, ratio, .. } = *forcing;
-        self.whitener = Whitener::new(&decay.grid, natural_frequency_rad_s, damping_ratio, ratio)?;
-        Some(())
-    }
+/// Angle and rate of `model` at each instant of `decay`.
+fn states(decay: &FreeDecay, model: &Fitted) -> Vec<[f64; 2]> {
+    let (yaw, rate) = model.motion().readings_and_rates(&decay.grid);
+    yaw.into_iter().zip(rate).map(|(b, r)| [b, r]).collect()
+}
+
+/// Angle and rate at each instant of the motion that `decay` shows: those of its `plain` model, and what the
+/// `forcing` adds to them.
+fn forced_states(decay: &FreeDecay, plain: &Fitted, forcing: &Buffeted) -> Option<Vec<[f64; 2]>> {
+    let left: Vec<f64> = plain.residuals.iter().map(|r| -r).collect();
+    let random = whitener(decay, forcing)?.smoothed(&left);
+    let both = states(decay, plain).into_iter().zip(random);
+    Some(both.map(|([b, r], [db, dr])| [b + db, r + dr]).collect())
 }
 
 /// Hands on what it is given, whitened.
@@ -207,9 +205,9 @@ pub(crate) fn search(
     let mut forcing = forcing.clone();
     let mut model = plain.clone();
     let there = plain.structure.effects.len();
-    let mut known = Known::of(decay, plain, &forcing)?;
+    let states = &forced_states(decay, plain, &forcing)?;
     while model.structure.effects.len() - there < MOST_BESIDE {
-        known.behind(decay, &forcing)?;
+        let known = Known { whitener: whitener(decay, &forcing)?, states };
         let smaller = solve(decay, &model.structure, &model.parameters, &known);
         let mut inner = model.clone();
         inner.parameters.clone_from(&smaller.parameters);
@@ -242,12 +240,12 @@ pub(crate) fn search(
         }
         model = finished(decay, &structure, fit, &known);
         // The effect no longer counts as forcing; with less of it, the fit is another.
-        forcing = buffeting::fit_residuals(decay, &model, &known.states)?;
-        known.behind(decay, &forcing)?;
+        forcing = buffeting::fit_residuals(decay, &model, states)?;
+        let known = Known { whitener: whitener(decay, &forcing)?, states };
         let again = solve(decay, &structure, &model.parameters, &known);
         if again.stop.is_minimum() {
             model = finished(decay, &structure, again, &known);
-            forcing = buffeting::fit_residuals(decay, &model, &known.states)?;
+            forcing = buffeting::fit_residuals(decay, &model, states)?;
         }
     }
     (model.structure.effects.len() > there).then_some(Forced { model, forcing })

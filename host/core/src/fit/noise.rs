@@ -1,4 +1,4 @@
-//! White and coloured noise of a sensor, separated in the record's own spectrum.
+//! White and coloured noise of a sensor, separated in the spectra of a record and of what a model leaves of it.
 //!
 //! Between the harmonics of the oscillation a record holds nothing but noise, and the response to random
 //! forcing. The means of narrow bands there, lines left out, are fitted by a white level, a lag-one
@@ -63,7 +63,7 @@ impl Colour {
         self.white_variance / b + self.coloured_variance * (b + 2.0 * pairs) / (b * b)
     }
 
-    /// With a variance of means of `block` of at most `most`, which holds it.
+    /// The same made as small as `most`, the mean square of residuals (means of `block`) that hold it.
     pub(crate) fn at_most(self, most: f64, block: usize) -> Self {
         let share = (most / self.mean_variance(block)).min(1.0);
         let [white_variance, coloured_variance] =
@@ -370,6 +370,16 @@ mod tests {
                 decay + 0.05 * decay * decay / 10.0 + noise * c
             })
             .collect()
+    }
+
+    #[test]
+    fn no_noise_is_larger_than_the_residuals_that_hold_it() {
+        let noise = coloured(0.8);
+        let all = noise.mean_variance(17);
+        assert_eq!(noise.at_most(2.0 * all, 17), noise);
+        let cut = noise.at_most(0.25 * all, 17);
+        assert!((cut.mean_variance(17) / all - 0.25).abs() < 1e-12);
+        assert_eq!(cut.correlation, noise.correlation);
     }
 
     #[test]
