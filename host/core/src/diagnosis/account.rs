@@ -92,10 +92,7 @@ pub(super) fn standing<T>(
             survivors = survivors.simple()?;
             continue;
         }
-        // What was there from the beginning is the user's.
-        let refusal = fits.find_map(|(fit, decay)| {
-            guards::refusal(fit, decay).filter(|r| !survivors.there().contains(&r.effect))
-        });
+        let refusal = fits.find_map(|(fit, decay)| guards::refusal(fit, decay, survivors.there()));
         let Some(refusal) = refusal else { return Ok((survivors, last, refused)) };
         survivors = survivors.without(refusal.effect.clone())?;
         refused.push(refusal);
@@ -140,7 +137,7 @@ pub(crate) fn account(
         effects.push(Effect::of_rest());
     }
     let plain = steps.len();
-    let longer = lines::beside(decay, fits.last().expect("the plain model"))?;
+    let longer = lines::beside(decay, fits.last().expect("the plain model"), survivors.there())?;
     let held_out = survivors.path.iter().map(|judged| judged.prediction.rms_rad());
     let mut models: Vec<(Fitted, f64)> = fits.into_iter().zip(held_out).collect();
     models.extend(

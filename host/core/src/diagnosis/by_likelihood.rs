@@ -115,16 +115,16 @@ fn random_forcing(
 
 /// Random forcing and an effect together bend to much that the library lacks: one effect of the state beside
 /// it is believed that physics allows and whose size stands out of its uncertainty; others are named only.
-fn is_beyond_doubt(forced: &Forced, decay: &FreeDecay) -> bool {
+fn is_beyond_doubt(forced: &Forced, plain: &Fitted, decay: &FreeDecay) -> bool {
     let model = &forced.model;
-    let [effect] = &model.structure.effects[..] else { return false };
+    let [effect] = beyond(plain, model) else { return false };
     if matches!(effect.acts_on(), Acts::Time | Acts::Line)
         || forced.forcing.unsteadiness > BEYOND_CHANCE
     {
         return false;
     }
     let stands_out = model.coefficient(effect).is_some_and(|q| !q.holds(0.0, BEYOND_CHANCE));
-    stands_out && guards::refusal(model, decay).is_none()
+    stands_out && guards::refusal(model, decay, &plain.structure.effects).is_none()
 }
 
 fn buffeted_verdict(
@@ -162,7 +162,7 @@ fn buffeted_verdict(
     };
     candidates.insert(0, random);
     let status = match forced {
-        Some(forced) if !is_beyond_doubt(forced, decay) => Status::Unexplained,
+        Some(forced) if !is_beyond_doubt(forced, plain, decay) => Status::Unexplained,
         _ => Status::Explained,
     };
     let chosen = Chosen {

@@ -2,9 +2,9 @@
 //! or likelier than several.
 
 use crate::at_once::AtOnce;
-use crate::bic::MARGIN;
-use crate::diagnosis::likelihood::{beyond, evidence, is_explained, may_rival, NEAR_NOISE};
-use crate::diagnosis::prediction::LEAST_GAIN;
+use crate::diagnosis::likelihood::{
+    beyond, evidence, is_explained, may_rival, DECISIVE, NEAR_NOISE,
+};
 use crate::effects::Effect;
 use crate::fit::about_rest::added;
 use crate::fit::fitting::Fitted;
@@ -22,9 +22,8 @@ pub(super) fn is_simple(model: &Fitted, decay: &FreeDecay) -> bool {
     })
 }
 
-/// A model with one flexible effect that is clearly likelier than `accepted`, or as good with fewer effects:
-/// alone, beside one of the simple effects, or beside all of them. A single simple effect that explains the
-/// record stands as it is.
+/// A model with one flexible effect that is decisively likelier than `accepted`, or as likely with fewer effects:
+/// alone, beside one of the simple effects, or beside all of them.
 pub(super) fn instead(
     decay: &FreeDecay,
     plain: &Fitted,
@@ -32,40 +31,32 @@ pub(super) fn instead(
     singles: &[Fitted],
 ) -> Option<Fitted> {
     let simple = beyond(plain, accepted);
-    let explained = is_explained(accepted, decay);
-    if explained && simple.len() < 2 {
-        return None;
-    }
     let alone = |single: &&Fitted| beyond(plain, single).iter().all(|e| simple.contains(e));
     let mut inner: Vec<&Fitted> = vec![plain];
-    if accepted.over_noise(decay) < NEAR_NOISE {
+    if accepted.over_noise(decay) < NEAR_NOISE && simple.len() > 1 {
         inner.extend(singles.iter().filter(|s| s.converged).filter(alone));
-        if !explained && simple.len() > 1 {
+        if !is_explained(accepted, decay) {
             inner.push(accepted);
         }
     }
-    let flexible: Vec<Effect> = Effect::deterministic().filter(Effect::is_flexible).collect();
-    let screens: Vec<Screen> =
-        inner.iter().map_at_once(|inner| Screen::new(decay, inner)).collect();
-    let tried: Vec<(&Fitted, &Screen, &Effect)> = inner
-        .iter()
-        .zip(&screens)
-        .flat_map(|(i, screen)| flexible.iter().map(move |e| (*i, screen, e)))
-        .collect();
+    let is_new = |e: &Effect| e.is_flexible() && !plain.structure.effects.contains(e);
+    let flexible: Vec<Effect> = Effect::deterministic().filter(is_new).collect();
     let gain = |larger: &Fitted| evidence(accepted, larger, larger.effective_count());
-    let best = tried
-        .into_iter()
-        .map_at_once(|(inner, screen, effect)| {
-            may_rival(screen, effect, accepted).then(|| added(decay, inner, effect))
+    let screens: Vec<Screen> =
+        inner.into_iter().map_at_once(|inner| Screen::new(decay, inner)).collect();
+    screens
+        .iter()
+        .flat_map(|screen| flexible.iter().map(move |effect| (screen, effect)))
+        .map_at_once(|(screen, effect)| {
+            may_rival(screen, effect, accepted).then(|| added(decay, screen.inner, effect))
         })
         .flatten()
         .filter(|larger| larger.converged && !is_simple(larger, decay))
         .map(|larger| (gain(&larger), larger))
         .filter(|(gain, larger)| {
             let is_fewer = beyond(plain, larger).len() < simple.len();
-            let is_nearer = larger.rms_rad() < (1.0 - LEAST_GAIN) * accepted.rms_rad();
-            is_fewer && *gain > 0.0 || is_nearer && *gain > MARGIN
+            is_fewer && *gain > 0.0 || *gain > DECISIVE
         })
-        .max_by(|a, b| a.0.total_cmp(&b.0));
-    best.map(|(_, larger)| larger)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, larger)| larger)
 }

@@ -24,16 +24,18 @@ pub(crate) struct Refusal {
     pub(crate) reason: String,
 }
 
-/// The first effect of `model` that cannot stand.
-pub(super) fn refusal(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
-    unknown(model).or_else(|| feeding(model, decay))
+/// The first effect of `model` that cannot stand, but for those that were `there` from the beginning, which are the
+/// user's.
+pub(super) fn refusal(model: &Fitted, decay: &FreeDecay, there: &[Effect]) -> Option<Refusal> {
+    unknown(model, there).or_else(|| feeding(model, decay, there))
 }
 
 /// A line that is none. A second mode nearer to the natural frequency than its own line is wide, or at two or
 /// three times that and dying out as that power of the amplitude does; a periodic moment that the record does
 /// not distinguish from two or three times that.
-pub(super) fn no_line(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
-    model.structure.effects.iter().find_map(|effect| no_line_of(effect, model, decay))
+pub(super) fn no_line(model: &Fitted, decay: &FreeDecay, there: &[Effect]) -> Option<Refusal> {
+    let mut new = model.structure.effects.iter().filter(|e| !there.contains(e));
+    new.find_map(|effect| no_line_of(effect, model, decay))
 }
 
 fn no_line_of(effect: &Effect, model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
@@ -81,9 +83,9 @@ fn no_line_of(effect: &Effect, model: &Fitted, decay: &FreeDecay) -> Option<Refu
 }
 
 /// An effect none of whose numbers is known to be other than zero, or one with a number at its bound.
-fn unknown(model: &Fitted) -> Option<Refusal> {
+fn unknown(model: &Fitted, there: &[Effect]) -> Option<Refusal> {
     let numbers = model.effect_parameters();
-    model.structure.effects.iter().find_map(|effect| {
+    model.structure.effects.iter().filter(|e| !there.contains(e)).find_map(|effect| {
         let own: Vec<_> = effect
             .parameters()
             .iter()
@@ -120,7 +122,7 @@ fn unknown(model: &Fitted) -> Option<Refusal> {
 
 /// Without wind nothing feeds the motion: where the damping would be below zero, of the model as a whole at
 /// some amplitude or of its plain part, the effect that makes it so.
-fn feeding(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
+fn feeding(model: &Fitted, decay: &FreeDecay, there: &[Effect]) -> Option<Refusal> {
     let of_model = |w: &WindowEstimate| decay.measurand.of_model(w.amplitude_deg);
     let amplitudes: Vec<f64> = decay.windows.iter().map(of_model).collect();
     let largest = amplitudes.iter().copied().fold(0.0, f64::max);
@@ -131,13 +133,14 @@ fn feeding(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
     }
     let zeta = model.damping_ratio();
     let effects = &model.structure.effects;
+    let new = || (0..effects.len()).filter(|k| !there.contains(&effects[*k]));
     for k in 0..=LOSS_AMPLITUDES {
         let amplitude = least * (largest / least).powf(k as f64 / LOSS_AMPLITUDES as f64);
         let each = losses(model, amplitude);
         let total = zeta.value + each.iter().sum::<f64>();
         // But for rounding: what takes nothing out adds up to nearly nothing.
         if total < -f64::EPSILON {
-            let worst = (0..effects.len()).min_by(|a, b| each[*a].total_cmp(&each[*b]))?;
+            let worst = new().min_by(|a, b| each[*a].total_cmp(&each[*b]))?;
             return Some(Refusal {
                 effect: effects[worst].clone(),
                 reason: format!(
@@ -150,7 +153,7 @@ fn feeding(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
     }
     if zeta.value + CHANCE * zeta.u < 0.0 {
         let each = losses(model, largest);
-        let most = (0..effects.len()).max_by(|a, b| each[*a].total_cmp(&each[*b]))?;
+        let most = new().max_by(|a, b| each[*a].total_cmp(&each[*b]))?;
         return Some(Refusal {
             effect: effects[most].clone(),
             reason: format!(
@@ -266,7 +269,7 @@ mod tests {
             let white = (0..1000).map(|k| if k % 2 == 0 { 1e-4 } else { -1e-4 }).collect();
             let covariance = DMatrix::identity(p.len(), p.len()) * variance;
             let model = Fitted::new(structure, p, white, true, Some(covariance), decay.around());
-            let found = no_line(&model, &decay).map(|r| r.reason);
+            let found = no_line(&model, &decay, &[]).map(|r| r.reason);
             assert_eq!(found.is_some(), refused, "{effect} {w_rad_s} {number}: {found:?}");
         }
     }
@@ -290,7 +293,8 @@ mod tests {
             (-0.002, vec![drag, friction], 0.0, 10.0, None),
         ] {
             let (model, decay) = model(zeta, &effects, correlation, wind);
-            let found = refusal(&model, &decay).map(|r| r.reason);
+            let found = refusal(&model, &decay, &[]).map(|r| r.reason);
+            assert_eq!(refusal(&model, &decay, &model.structure.effects), None);
             match (words, &found) {
                 (None, None) => {}
                 (Some(words), Some(reason)) if reason.contains(words) => {}

@@ -26,11 +26,11 @@ pub(super) struct Longer {
 }
 
 /// From `model` on, a line more each, as long as it accounts for most of what is left and predicts the later
-/// part no worse, in which a mode may have died out.
+/// part no worse, in which a mode may have died out. What was `there` from the beginning stands.
 ///
 /// # Errors
 /// Interrupted, once somebody asked for it.
-pub(super) fn beside(decay: &FreeDecay, model: &Fitted) -> Result<Vec<Longer>> {
+pub(super) fn beside(decay: &FreeDecay, model: &Fitted, there: &[Effect]) -> Result<Vec<Longer>> {
     let count = (FITTED_SHARE * decay.yaw_rad.len() as f64) as usize;
     let held_out_rad =
         |model: &Fitted| decay.noise_rad * held_out_over_noise(decay, &refit(decay, model, count));
@@ -38,8 +38,8 @@ pub(super) fn beside(decay: &FreeDecay, model: &Fitted) -> Result<Vec<Longer>> {
     loop {
         decay.stop.check()?;
         let here = found.last().map_or(model, |longer| &longer.model);
-        let larger =
-            best(decay, here).map(|model| Longer { held_out_rad: held_out_rad(&model), model });
+        let larger = best(decay, here, there)
+            .map(|model| Longer { held_out_rad: held_out_rad(&model), model });
         let before = || found.last().map_or_else(|| held_out_rad(model), |l| l.held_out_rad);
         match larger.filter(|l| l.held_out_rad < (1.0 + LEAST_GAIN) * before()) {
             Some(larger) => found.push(larger),
@@ -49,22 +49,22 @@ pub(super) fn beside(decay: &FreeDecay, model: &Fitted) -> Result<Vec<Longer>> {
 }
 
 /// `inner` with the one that leaves the least, if that is little.
-fn best(decay: &FreeDecay, inner: &Fitted) -> Option<Fitted> {
+fn best(decay: &FreeDecay, inner: &Fitted, there: &[Effect]) -> Option<Fitted> {
     if is_explained(inner, decay) {
         return None;
     }
-    let there = &inner.structure.effects;
+    let others = &inner.structure.effects;
     let is_one = |e: &Effect| {
         e.line().is_some()
             && e.is_seen_in(&decay.measurand)
-            && there.iter().all(|t| t != e && !t.excludes(e))
+            && others.iter().all(|t| t != e && !t.excludes(e))
     };
     let all: Vec<Effect> = Effect::deterministic().filter(is_one).collect();
     let stands = |larger: &Fitted| {
         larger.converged
             && larger.sum_of_squares < MOST_LEFT * inner.sum_of_squares
-            && guards::no_line(larger, decay).is_none()
-            && guards::refusal(larger, decay).is_none()
+            && guards::no_line(larger, decay, there).is_none()
+            && guards::refusal(larger, decay, there).is_none()
             && has_size(&with_discrepancy(larger.clone(), decay))
     };
     all.iter()
@@ -136,7 +136,7 @@ mod tests {
         let yaw_deg = time_s.iter().map(yaw_deg).collect();
         let decay = FreeDecay::of(&Record::new("planted", time_s, yaw_deg)).unwrap();
         let plain = fit_plain(&decay, true, decay.yaw_rad.len());
-        let longer = beside(&decay, &plain).unwrap();
+        let longer = beside(&decay, &plain, &[]).unwrap();
         (plain, longer)
     }
 

@@ -2,7 +2,7 @@
 
 use crate::diagnosis::account::{self, Account};
 use crate::diagnosis::alike::alike;
-use crate::diagnosis::answer::{Diagnosed, Diagnosis, HeldOut, Options, Status, Step};
+use crate::diagnosis::answer::{Candidate, Diagnosed, Diagnosis, HeldOut, Options, Status, Step};
 use crate::diagnosis::by_likelihood::by_likelihood;
 use crate::diagnosis::guards;
 use crate::diagnosis::likelihood::{is_explained, NEAR_NOISE, USED_UP_TO};
@@ -28,7 +28,7 @@ pub(super) fn of_one(record: &Record, decay: FreeDecay, options: &Options) -> Re
     }
     let survivors = survivors::search(&decay, &options.own, present)?;
     let rest_is_known = options.zero_unknown || present.effects.iter().any(Effect::moves_rest);
-    let account = account::account(&decay, survivors, rest_is_known)?;
+    let mut account = account::account(&decay, survivors, rest_is_known)?;
     let best = &account.last().model;
     let decay = with_floor_of(decay, best);
     let name = name_of(&present.effects);
@@ -56,6 +56,9 @@ pub(super) fn of_one(record: &Record, decay: FreeDecay, options: &Options) -> Re
         if good && stands(&diagnosed) {
             return Ok(diagnosed);
         }
+        // Why a line is none, which pieces do not show.
+        let refused = |c: &Candidate| c.reason.is_some() && c.effect.line().is_some();
+        account.candidates.extend(diagnosed.diagnosis.candidates.into_iter().filter(refused));
     }
     decay.stop.check()?;
     by_prediction(record, decay, account, name)
@@ -93,7 +96,7 @@ fn by_prediction(
     };
     let allowed = |rival: &survivors::PredictedModel| {
         let model = account::of_judged(&decay, &account.survivors, rival);
-        guards::refusal(&model, &decay).is_none()
+        guards::refusal(&model, &decay, account.survivors.there()).is_none()
     };
     let chosen = Chosen {
         status: None,

@@ -52,7 +52,7 @@ pub(crate) fn search(decay: &FreeDecay, start: &SearchStart) -> Result<SearchRes
         let last = found.path.last().expect("the plain model");
         // What a line that is none stood for, or an effect that cannot stand and has kept out all others, is
         // looked for again without it.
-        let another = match guards::no_line(last, decay) {
+        let another = match guards::no_line(last, decay, &start.plain.structure.effects) {
             Some(no_line) => Some(no_line),
             None => found
                 .refused
@@ -253,7 +253,7 @@ fn pruned(decay: &FreeDecay, plain: &Fitted, mut model: Fitted) -> Pruned {
 /// Takes out what physics forbids or the record does not fix.
 fn guarded(decay: &FreeDecay, plain: &Fitted, mut found: Pruned) -> (Pruned, Vec<Refusal>) {
     let mut refused = Vec::new();
-    while let Some(refusal) = guards::refusal(&found.model, decay) {
+    while let Some(refusal) = guards::refusal(&found.model, decay, &plain.structure.effects) {
         let at = beyond(plain, &found.model).iter().position(|e| *e == refusal.effect);
         let smaller = at.map(|at| &found.without[at]).filter(|s| s.converged);
         let Some(smaller) = smaller.cloned() else { break };

@@ -120,7 +120,8 @@ pub(super) fn by_prediction(
         account::standing(decays, survivors, joint, |joint| &joint.fits)?;
     let stands = |rival: &PredictedModel| {
         let fits = joint(&survivors, rival).fits;
-        fits.iter().zip(decays).all(|(fit, decay)| guards::refusal(fit, decay).is_none())
+        let there = survivors.there();
+        fits.iter().zip(decays).all(|(fit, decay)| guards::refusal(fit, decay, there).is_none())
     };
     let alike = alike(&survivors, stands)?;
     let noise_rad = mean_square(decays, |d| d.noise_rad);

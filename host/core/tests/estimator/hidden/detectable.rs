@@ -1,7 +1,7 @@
 //! At which strength each effect of the library is first named in half of the records, in units of the least
 //! that a likelihood-ratio test which knew the effect could detect:
-//! `YAWRIG_RIGS=3 cargo test --release -p yawrig-core --test estimator detectable -- --nocapture`, three rigs
-//! each.
+//! `YAWRIG_RIGS=10 cargo test --release -p yawrig-core --test estimator detectable -- --nocapture`, ten rigs
+//! each (three else: a line that is drawn at a harmonic of its rig is refused however strong).
 
 use super::least::ladder;
 use super::number;
@@ -37,7 +37,7 @@ fn half(shares: &[f64]) -> Option<f64> {
 
 #[test]
 fn detectable_at_full_size() {
-    let rigs = number("YAWRIG_RIGS", 1);
+    let rigs = number("YAWRIG_RIGS", 3);
     let alike = [Effect::PendulumGravity, Effect::OddQuadraticStiffness];
     let effects: Vec<Effect> = Effect::ALL.into_iter().filter(|e| !alike.contains(e)).collect();
     println!(
