@@ -2,6 +2,7 @@
 //! or likelier than several.
 
 use crate::at_once::AtOnce;
+use crate::diagnosis::guards::Refusal;
 use crate::diagnosis::likelihood::{
     beyond, evidence, is_explained, may_rival, DECISIVE, NEAR_NOISE,
 };
@@ -23,12 +24,13 @@ pub(super) fn is_simple(model: &Fitted, decay: &FreeDecay) -> bool {
 }
 
 /// A model with one flexible effect that is decisively likelier than `accepted`, or as likely with fewer effects:
-/// alone, beside one of the simple effects, or beside all of them.
+/// alone, beside one of the simple effects, or beside all of them; none of those `refused`.
 pub(super) fn instead(
     decay: &FreeDecay,
     plain: &Fitted,
     accepted: &Fitted,
     singles: &[Fitted],
+    refused: &[Refusal],
 ) -> Option<Fitted> {
     let simple = beyond(plain, accepted);
     let alone = |single: &&Fitted| beyond(plain, single).iter().all(|e| simple.contains(e));
@@ -39,7 +41,11 @@ pub(super) fn instead(
             inner.push(accepted);
         }
     }
-    let is_new = |e: &Effect| e.is_flexible() && !plain.structure.effects.contains(e);
+    let is_new = |e: &Effect| {
+        e.is_flexible()
+            && !plain.structure.effects.contains(e)
+            && refused.iter().all(|refusal| refusal.effect != *e)
+    };
     let flexible: Vec<Effect> = Effect::deterministic().filter(is_new).collect();
     let gain = |larger: &Fitted| evidence(accepted, larger, larger.effective_count());
     let screens: Vec<Screen> =

@@ -27,13 +27,15 @@ pub(crate) struct Refusal {
 /// The first effect of `model` that cannot stand, but for those that were `there` from the beginning, which are the
 /// user's.
 pub(super) fn refusal(model: &Fitted, decay: &FreeDecay, there: &[Effect]) -> Option<Refusal> {
-    unknown(model, there).or_else(|| feeding(model, decay, there))
+    no_line(model, decay, there)
+        .or_else(|| unknown(model, there))
+        .or_else(|| feeding(model, decay, there))
 }
 
 /// A line that is none. A second mode nearer to the natural frequency than its own line is wide, or at two or
 /// three times that and dying out as that power of the amplitude does; a periodic moment that the record does
 /// not distinguish from two or three times that.
-pub(super) fn no_line(model: &Fitted, decay: &FreeDecay, there: &[Effect]) -> Option<Refusal> {
+fn no_line(model: &Fitted, decay: &FreeDecay, there: &[Effect]) -> Option<Refusal> {
     let mut new = model.structure.effects.iter().filter(|e| !there.contains(e));
     new.find_map(|effect| no_line_of(effect, model, decay))
 }

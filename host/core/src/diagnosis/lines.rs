@@ -63,7 +63,6 @@ fn best(decay: &FreeDecay, inner: &Fitted, there: &[Effect]) -> Option<Fitted> {
     let stands = |larger: &Fitted| {
         larger.converged
             && larger.sum_of_squares < MOST_LEFT * inner.sum_of_squares
-            && guards::no_line(larger, decay, there).is_none()
             && guards::refusal(larger, decay, there).is_none()
             && has_size(&with_discrepancy(larger.clone(), decay))
     };

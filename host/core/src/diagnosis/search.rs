@@ -39,35 +39,33 @@ fn is_worth(smaller: &Fitted, larger: &Fitted, effective: f64) -> bool {
     larger.converged && evidence(smaller, larger, effective) > MARGIN
 }
 
-/// Searches for what the present model lacks.
+/// Searches for what the present model lacks; where an effect comes out that cannot stand, again without it.
 ///
 /// # Errors
 /// Interrupted, once somebody asked for it.
 pub(crate) fn search(decay: &FreeDecay, start: &SearchStart) -> Result<SearchResult> {
     let singles = &start.singles;
     let mut start = start.clone();
-    let mut found = search_from(decay, start.clone())?;
-    let mut refused = Vec::new();
-    for _ in 0..BREADTH {
-        let last = found.path.last().expect("the plain model");
-        // What a line that is none stood for, or an effect that cannot stand and has kept out all others, is
-        // looked for again without it.
-        let another = match guards::no_line(last, decay, &start.plain.structure.effects) {
-            Some(no_line) => Some(no_line),
-            None => found
-                .refused
-                .first()
-                .filter(|r| found.path.len() == 1 && start.has_another(r))
-                .cloned(),
+    let mut refused: Vec<Refusal> = Vec::new();
+    loop {
+        let (decay, rounds, accepted) = search_from(decay, &start, &refused)?;
+        let SearchStart { plain, candidates, .. } = &start;
+        let there = &plain.structure.effects;
+        if let Some(refusal) = guards::refusal(&accepted.model, &decay, there) {
+            start = start.without(&refusal.effect);
+            refused.push(refusal);
+            continue;
+        }
+        let decay = sharpened(decay, &accepted.model);
+        let indistinguishable = match is_explained(&accepted.model, &decay) {
+            true => rivals(&decay, plain, &accepted, candidates, &rounds),
+            false => Vec::new(),
         };
-        let Some(another) = another else { break };
-        start = start.without(&another.effect);
-        refused.push(another);
-        found = search_from(decay, start.clone())?;
+        decay.stop.check()?;
+        let path = path(plain, accepted, singles, &decay);
+        let (plain, singles) = (start.plain, singles.clone());
+        return Ok(SearchResult { decay, plain, singles, path, indistinguishable, refused });
     }
-    found.refused.extend(refused);
-    found.singles.clone_from(singles);
-    Ok(found)
 }
 
 /// `decay` with the noise floor as the `leader` shows it, where that is near it: what is far off shows more
@@ -79,10 +77,16 @@ pub(super) fn sharpened(decay: FreeDecay, leader: &Fitted) -> FreeDecay {
     }
 }
 
-fn search_from(decay: &FreeDecay, start: SearchStart) -> Result<SearchResult> {
+/// The free decay as the best model shows it, the models of each round, and the one with the effects that are
+/// needed.
+fn search_from(
+    decay: &FreeDecay,
+    start: &SearchStart,
+    refused: &[Refusal],
+) -> Result<(FreeDecay, Vec<Vec<Fitted>>, Pruned)> {
     let SearchStart { plain, candidates, singles } = start;
     let count = decay.yaw_rad.len();
-    let leading = best(&singles).filter(|s| criterion(s) < criterion(&plain)).unwrap_or(&plain);
+    let leading = best(singles).filter(|s| criterion(s) < criterion(plain)).unwrap_or(plain);
     let mut decay = sharpened(decay.clone(), leading);
     let best_count = |models: &[Fitted]| best(models).map_or(count as f64, Fitted::effective_count);
 
@@ -102,16 +106,16 @@ fn search_from(decay: &FreeDecay, start: SearchStart) -> Result<SearchResult> {
             break;
         }
         let next = if is_explained(leader, &decay) {
-            let mut next = beside(&decay, leader, &candidates);
+            let mut next = beside(&decay, leader, candidates);
             if has_line(leader) {
                 // Two effects of the state may look like a line and one of them.
                 let near = |m: &&Fitted| !has_line(m) && m.over_noise(&decay) < NEAR_NOISE;
                 let steady: Vec<Fitted> = last.iter().filter(near).cloned().collect();
-                next.extend(expanded(&decay, &steady, &candidates, BREADTH));
+                next.extend(expanded(&decay, &steady, candidates, BREADTH));
             }
             next
         } else {
-            expanded(&decay, last, &candidates, if rounds.len() < 3 { BREADTH } else { 1 })
+            expanded(&decay, last, candidates, if rounds.len() < 3 { BREADTH } else { 1 })
         };
         decay.stop.check()?;
         if let Some(better) = best(&next).filter(|n| criterion(n) < criterion(leader)) {
@@ -129,23 +133,12 @@ fn search_from(decay: &FreeDecay, start: SearchStart) -> Result<SearchResult> {
             accepted = leader.clone();
         }
     }
-    let mut accepted = pruned(&decay, &plain, accepted);
+    let accepted = pruned(&decay, plain, accepted);
     decay.stop.check()?;
-    if let Some(bent) = flexible::instead(&decay, &plain, &accepted.model, &singles) {
-        accepted = pruned(&decay, &plain, bent);
-    }
+    let bent = flexible::instead(&decay, plain, &accepted.model, singles, refused);
+    let accepted = bent.map_or(accepted, |bent| pruned(&decay, plain, bent));
     decay.stop.check()?;
-    let (accepted, refused) = guarded(&decay, &plain, accepted);
-    let decay = sharpened(decay, &accepted.model);
-    decay.stop.check()?;
-    let explained = is_explained(&accepted.model, &decay);
-    let indistinguishable = match explained {
-        true => rivals(&decay, &plain, &accepted, &candidates, &rounds),
-        false => Vec::new(),
-    };
-    decay.stop.check()?;
-    let path = path(&plain, accepted, &singles, &decay);
-    Ok(SearchResult { decay, plain, singles, path, indistinguishable, refused })
+    Ok((decay, rounds, accepted))
 }
 
 fn has_line(model: &Fitted) -> bool {
@@ -248,19 +241,6 @@ fn pruned(decay: &FreeDecay, plain: &Fitted, mut model: Fitted) -> Pruned {
             None => return Pruned { model, without },
         }
     }
-}
-
-/// Takes out what physics forbids or the record does not fix.
-fn guarded(decay: &FreeDecay, plain: &Fitted, mut found: Pruned) -> (Pruned, Vec<Refusal>) {
-    let mut refused = Vec::new();
-    while let Some(refusal) = guards::refusal(&found.model, decay, &plain.structure.effects) {
-        let at = beyond(plain, &found.model).iter().position(|e| *e == refusal.effect);
-        let smaller = at.map(|at| &found.without[at]).filter(|s| s.converged);
-        let Some(smaller) = smaller.cloned() else { break };
-        found = pruned(decay, plain, smaller);
-        refused.push(refusal);
-    }
-    (found, refused)
 }
 
 /// Which effect outside the model does as well in the place of one inside.

@@ -1,9 +1,7 @@
 //! What a search begins with: the model that is there, and every effect beside it, one at a time.
 
 use crate::at_once::AtOnce;
-use crate::bic::MARGIN;
 use crate::diagnosis::answer::Options;
-use crate::diagnosis::guards::Refusal;
 use crate::effects::Effect;
 use crate::error::{Error, Result};
 use crate::fit::fitting::{fit_added, fit_plain_within, Fitted, Structure};
@@ -64,13 +62,5 @@ impl SearchStart {
             less.singles.remove(at);
         }
         less
-    }
-
-    /// Whether an effect other than the `refused` one is believed alone.
-    pub(super) fn has_another(&self, refused: &Refusal) -> bool {
-        let believed = |s: &Fitted| s.converged && s.bic().gain_over(&self.plain.bic()) > MARGIN;
-        let others =
-            self.candidates.iter().zip(&self.singles).filter(|(e, _)| **e != refused.effect);
-        others.into_iter().any(|(_, s)| believed(s))
     }
 }
