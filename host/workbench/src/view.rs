@@ -151,7 +151,7 @@ impl View {
         let known = model.and_then(|m| m.modal.get(&recorded.entry.condition)).and_then(modal_of);
         let [natural_frequency_rad_s, damping_ratio] =
             known.unwrap_or_else(|| [fitted.natural_frequency_rad_s(), fitted.damping_ratio()]);
-        let later = || diagnose::step(&decay, &fitted, 0).held_out_over_noise;
+        let later = || diagnose::step(&decay, &fitted, None).held_out_over_noise;
         Ok(Self {
             modal: Modal { natural_frequency_rad_s, damping_ratio },
             curves: Curves::of(&decay, &fitted),

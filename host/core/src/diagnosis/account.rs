@@ -94,7 +94,7 @@ pub(super) fn standing<T>(
         }
         let refusal = fits.find_map(|(fit, decay)| guards::refusal(fit, decay, survivors.there()));
         let Some(refusal) = refusal else { return Ok((survivors, last, refused)) };
-        survivors = survivors.without(refusal.effect.clone())?;
+        survivors = survivors.without(&refusal.effect)?;
         refused.push(refusal);
     }
 }

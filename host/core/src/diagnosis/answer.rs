@@ -317,13 +317,13 @@ pub struct Step {
     pub parameters: BTreeMap<String, Quantity>,
 }
 
-/// What is said of `model`, whose last effect is the `effects`th (0: none was added): its residuals on what
-/// it was fitted to, and on the later part held out from another fit.
-pub fn step(decay: &FreeDecay, model: &Fitted, effects: usize) -> Step {
+/// What is said of `model`, which has `added` beyond the one before: its residuals on what it was fitted to, and on
+/// the later part held out from another fit.
+pub fn step(decay: &FreeDecay, model: &Fitted, added: Option<&Effect>) -> Step {
     let count = (FITTED_SHARE * decay.yaw_rad.len() as f64) as usize;
     let partial = refit(decay, model, count);
     Step {
-        added: effects.checked_sub(1).map(|k| model.structure.effects[k].clone()),
+        added: added.cloned(),
         residual_rms_deg: decay.raw_rms_deg(model.rms_rad()),
         residual_over_noise: model.over_noise(decay),
         held_out_over_noise: held_out_over_noise(decay, &partial),

@@ -43,8 +43,8 @@ pub(super) fn by_likelihood(
         // Named though not always believed: no definite law stands for them.
         return Ok((forced, true));
     }
-    let effects = beyond(&found.plain, last).to_vec();
     let steps = steps(decay, &found.path);
+    let effects: Vec<Effect> = steps.iter().filter_map(|step| step.added.clone()).collect();
     // Effects can be bent to a short record; they have to predict the rest of it too.
     let is_predicted = steps.last().is_some_and(|s| s.held_out_over_noise < NEAR_NOISE);
     let status = match (explained && is_predicted, effects.is_empty()) {
@@ -141,7 +141,7 @@ fn buffeted_verdict(
         let rms_deg = decay.raw_rms_deg(b.over_noise * decay.noise_rad);
         Step::of_innovations(added, rms_deg, b.over_noise, parameters)
     };
-    let mut steps = vec![step(decay, plain, 0), random_step(Effect::random(), b)];
+    let mut steps = vec![step(decay, plain, None), random_step(Effect::random(), b)];
     let mut effects = vec![Effect::random()];
     if let Some(Forced { model, forcing }) = forced {
         for effect in beyond(plain, model) {
@@ -189,8 +189,11 @@ fn buffeted_verdict(
 }
 
 fn steps(decay: &FreeDecay, path: &[Fitted]) -> Vec<Step> {
-    let added = |k, model: &Fitted| if k == 0 { 0 } else { model.structure.effects.len() };
-    path.iter().enumerate().map_at_once(|(k, model)| step(decay, model, added(k, model))).collect()
+    let of = |k: usize| {
+        let new = |e: &Effect| k > 0 && !path[k - 1].structure.effects.contains(e);
+        step(decay, &path[k], path[k].structure.effects.iter().find(|e| new(e)))
+    };
+    (0..path.len()).map_at_once(of).collect()
 }
 
 fn candidates(

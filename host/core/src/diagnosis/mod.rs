@@ -17,6 +17,7 @@ pub(crate) mod guards;
 pub(crate) mod late_release;
 pub(crate) mod likelihood;
 mod lines;
+mod nested;
 mod one;
 pub mod origin;
 pub(crate) mod over_pieces;

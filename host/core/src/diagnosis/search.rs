@@ -7,14 +7,16 @@ use crate::diagnosis::guards::{self, Refusal};
 pub use crate::diagnosis::likelihood::is_explained;
 pub(crate) use crate::diagnosis::likelihood::{beyond, evidence};
 use crate::diagnosis::likelihood::{may_rival, BREADTH, DECISIVE, NEAR_NOISE};
+use crate::diagnosis::nested::{Judge, Nested};
 pub use crate::diagnosis::search_start::present;
 pub(crate) use crate::diagnosis::search_start::SearchStart;
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::about_rest::{added, removed};
-use crate::fit::fitting::{reordered, Fitted};
+use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::linear_gain::Screen;
+use crate::stop::Stop;
 
 /// Effects that likelihood may name: of a record of a few cycles five or six explain anything.
 const MOST_BY_LIKELIHOOD: usize = 4;
@@ -62,7 +64,8 @@ pub(crate) fn search(decay: &FreeDecay, start: &SearchStart) -> Result<SearchRes
             false => Vec::new(),
         };
         decay.stop.check()?;
-        let path = path(plain, accepted, singles, &decay);
+        let judge = ByEvidence { decay: &decay, start: &start };
+        let path = accepted.path(&judge, plain.clone())?;
         let (plain, singles) = (start.plain, singles.clone());
         return Ok(SearchResult { decay, plain, singles, path, indistinguishable, refused });
     }
@@ -83,7 +86,7 @@ fn search_from(
     decay: &FreeDecay,
     start: &SearchStart,
     refused: &[Refusal],
-) -> Result<(FreeDecay, Vec<Vec<Fitted>>, Pruned)> {
+) -> Result<(FreeDecay, Vec<Vec<Fitted>>, Nested<Fitted>)> {
     let SearchStart { plain, candidates, singles } = start;
     let count = decay.yaw_rad.len();
     let leading = best(singles).filter(|s| criterion(s) < criterion(plain)).unwrap_or(plain);
@@ -133,11 +136,11 @@ fn search_from(
             accepted = leader.clone();
         }
     }
-    let accepted = pruned(&decay, plain, accepted);
-    decay.stop.check()?;
-    let bent = flexible::instead(&decay, plain, &accepted.model, singles, refused);
-    let accepted = bent.map_or(accepted, |bent| pruned(&decay, plain, bent));
-    decay.stop.check()?;
+    let judge = ByEvidence { decay: &decay, start };
+    let mut accepted = Nested::pruned(&judge, accepted)?;
+    if let Some(bent) = flexible::instead(&decay, plain, &accepted.model, singles, refused) {
+        accepted = Nested::pruned(&judge, bent)?;
+    }
     Ok((decay, rounds, accepted))
 }
 
@@ -217,29 +220,31 @@ fn expanded(decay: &FreeDecay, round: &[Fitted], all: &[Effect], width: usize) -
     jobs.into_iter().map_at_once(|(inner, effect)| added(decay, inner, &effect)).collect()
 }
 
-/// A model none of whose effects is needless.
-struct Pruned {
-    model: Fitted,
-    /// The model less each of its effects beyond the plain one, in their order.
-    without: Vec<Fitted>,
+/// Judges models near the noise, where likelihood holds.
+struct ByEvidence<'a> {
+    decay: &'a FreeDecay,
+    start: &'a SearchStart,
 }
 
-/// Takes out again what the others have made needless.
-fn pruned(decay: &FreeDecay, plain: &Fitted, mut model: Fitted) -> Pruned {
-    loop {
-        let effective = model.effective_count();
-        let without: Vec<Fitted> = beyond(plain, &model)
-            .iter()
-            .map_at_once(|effect| removed(decay, &model, effect))
-            .collect();
-        let needless = without
-            .iter()
-            .filter(|s| s.converged && !is_worth(s, &model, effective))
-            .min_by(|a, b| criterion(a).total_cmp(&criterion(b)));
-        match needless.cloned() {
-            Some(smaller) => model = smaller,
-            None => return Pruned { model, without },
-        }
+impl Judge for ByEvidence<'_> {
+    type Model = Fitted;
+
+    fn effects<'a>(&self, model: &'a Fitted) -> &'a [Effect] {
+        beyond(&self.start.plain, model)
+    }
+    fn without(&self, model: &Fitted, effect: &Effect) -> Option<Fitted> {
+        let left = model.structure.without(effect).effects;
+        let known = self.start.singles.iter().find(|s| s.structure.effects == left && s.converged);
+        Some(known.cloned().unwrap_or_else(|| removed(self.decay, model, effect)))
+    }
+    fn is_worth(&self, smaller: &Fitted, larger: &Fitted) -> bool {
+        !smaller.converged || is_worth(smaller, larger, larger.effective_count())
+    }
+    fn misfit(&self, model: &Fitted) -> f64 {
+        criterion(model)
+    }
+    fn stop(&self) -> &Stop {
+        &self.decay.stop
     }
 }
 
@@ -247,7 +252,7 @@ fn pruned(decay: &FreeDecay, plain: &Fitted, mut model: Fitted) -> Pruned {
 fn rivals(
     decay: &FreeDecay,
     plain: &Fitted,
-    Pruned { model, without }: &Pruned,
+    Nested { model, without }: &Nested<Fitted>,
     candidates: &[Effect],
     rounds: &[Vec<Fitted>],
 ) -> Vec<(Effect, Effect)> {
@@ -276,40 +281,8 @@ fn rivals(
             .flatten()
             .collect()
     };
-    effects.iter().zip(without).map_at_once(in_place_of).flatten().collect()
-}
-
-/// From plain to the accepted model, the effect that helps most first: what is missed least is taken out
-/// first.
-fn path(plain: &Fitted, accepted: Pruned, singles: &[Fitted], decay: &FreeDecay) -> Vec<Fitted> {
-    let Pruned { model, mut without } = accepted;
-    let mut models = vec![model];
-    let mut out_of: Vec<Effect> = Vec::new();
-    let there = plain.structure.effects.len();
-    while let Some(larger) = models.last().filter(|m| beyond(plain, m).len() > 1) {
-        let known = |left: &[Effect]| singles.iter().find(|s| s.structure.effects == left).cloned();
-        if without.is_empty() {
-            let less = |effect: &Effect| {
-                let left = larger.structure.without(effect).effects;
-                known(&left).unwrap_or_else(|| removed(decay, larger, effect))
-            };
-            without = beyond(plain, larger).iter().map_at_once(less).collect();
-        }
-        let least = without
-            .drain(..)
-            .zip(beyond(plain, larger))
-            .min_by(|a, b| a.0.sum_of_squares.total_cmp(&b.0.sum_of_squares));
-        let Some((smaller, effect)) = least else { break };
-        out_of.push(effect.clone());
-        models.push(smaller);
-    }
-    let first = models.last().map(|m| m.structure.effects.clone()).unwrap_or_default();
-    let order: Vec<Effect> = first.into_iter().chain(out_of.into_iter().rev()).collect();
-    let mut out = vec![plain.clone()];
-    for (k, model) in models.iter().rev().enumerate().filter(|(k, _)| there + k < order.len()) {
-        out.push(reordered(decay, model, &order[..=there + k]));
-    }
-    out
+    let each = effects.iter().zip(without.iter().flatten());
+    each.map_at_once(in_place_of).flatten().collect()
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 
 use crate::at_once::AtOnce;
 use crate::diagnosis::likelihood::{BREADTH, MOST_EFFECTS};
+use crate::diagnosis::nested::{Judge, Nested};
 use crate::diagnosis::over_pieces::{fitted, plain_start, with_from, without, Lengths, Model};
 use crate::diagnosis::prediction::{predict, Prediction, LEAST_GAIN};
 use crate::effects::{Effect, Series};
@@ -16,6 +17,7 @@ use crate::fit::pieces::Piece;
 use crate::fit::segments::{fit_pieces, FIRST_STEPS, ROUGH};
 use crate::law::releases::Releases;
 use crate::quantity::Quantity;
+use crate::stop::Stop;
 
 /// Share by which an effect that bends to what simpler ones explain has to predict better.
 const CLEAR_GAIN: f64 = 0.4;
@@ -108,7 +110,7 @@ pub(crate) struct Survivors {
     /// Every set that was fitted on the way.
     pub(crate) sets: Vec<Model>,
     /// What survives of the simple effects alone.
-    simple: PredictedModel,
+    simple: Nested<PredictedModel>,
 }
 
 /// The model from which effects are looked for: the second-order response about a rest angle of its own, with
@@ -187,13 +189,11 @@ fn searched(
             here = best;
         }
     }
-    here = pruned(&lengths, there, here);
+    let judge = ByPrediction { lengths: &lengths, there: there.len() };
     let own: Vec<Effect> =
         own.iter().filter(|e| e.is_own() && !there.contains(e)).cloned().collect();
-    here = with_own(&lengths, there, here, &own)?;
-    let simple = here.clone();
-    here = bent(&lengths, there, here)?;
-    let path = path(&lengths, &plain, here)?;
+    let simple = with_own(&judge, Nested::pruned(&judge, here)?, &own)?;
+    let path = bent(&judge, there, simple.clone())?.path(&judge, plain.clone())?;
     let mut singles = rounds.get(1).cloned().unwrap_or_default();
     singles.extend(own.iter().map_at_once(|e| with(&lengths, &plain.model, e)));
     singles.sort_by(|a, b| a.fit.sum().total_cmp(&b.fit.sum()));
@@ -204,21 +204,22 @@ fn searched(
 /// `here` with a user's own effects beside which it predicts better, what they leave needed: they are slower
 /// than the library's, and tried where those have gone as far as they can.
 fn with_own(
-    lengths: &Lengths,
-    there: &[Effect],
-    mut here: PredictedModel,
+    judge: &ByPrediction,
+    mut here: Nested<PredictedModel>,
     own: &[Effect],
-) -> Result<PredictedModel> {
+) -> Result<Nested<PredictedModel>> {
+    let lengths = judge.lengths;
     loop {
         lengths.stop.check()?;
+        let inner = &here.model;
         let better = own
             .iter()
-            .filter(|e| !here.model.fit.structure.effects.contains(e))
-            .map_at_once(|e| judged(lengths, with(lengths, &here.model, e)))
-            .filter(|with| with.predicts_better_than(&here))
+            .filter(|e| !inner.model.fit.structure.effects.contains(e))
+            .map_at_once(|e| judged(lengths, with(lengths, &inner.model, e)))
+            .filter(|with| with.predicts_better_than(inner))
             .min_by(|a, b| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad()));
         match better {
-            Some(better) => here = pruned(lengths, there, better),
+            Some(better) => here = Nested::pruned(judge, better)?,
             None => return Ok(here),
         }
     }
@@ -236,50 +237,53 @@ fn is_simpler_one(lengths: &Lengths, model: &Model) -> bool {
 }
 
 /// `here`, or where one that bends to much predicts clearly better, that one with what it leaves needed.
-fn bent(lengths: &Lengths, there: &[Effect], here: PredictedModel) -> Result<PredictedModel> {
+fn bent(
+    judge: &ByPrediction,
+    there: &[Effect],
+    here: Nested<PredictedModel>,
+) -> Result<Nested<PredictedModel>> {
+    let (lengths, inner) = (judge.lengths, &here.model);
     lengths.stop.check()?;
     let flexible: Vec<Effect> =
         Effect::deterministic().filter(|e| e.is_flexible() && !there.contains(e)).collect();
     let better = flexible
         .iter()
         .map_at_once(|effect| {
-            let start = rough_start(lengths, &here.model, effect)?;
-            let bent = with_from(lengths, &here.model, effect, &start);
+            let start = rough_start(lengths, &inner.model, effect)?;
+            let bent = with_from(lengths, &inner.model, effect, &start);
             (!is_simpler_one(lengths, &bent)).then(|| judged(lengths, bent))
         })
         .flatten()
-        .filter(|with| with.predicts_clearly_better_than(&here))
+        .filter(|with| with.predicts_clearly_better_than(inner))
         .min_by(|a, b| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad()));
-    Ok(better.map_or(here, |better| pruned(lengths, there, better)))
+    better.map_or(Ok(here), |better| Nested::pruned(judge, better))
 }
 
-/// From `plain` to `last`, what is missed least taken out first.
-fn path(
-    lengths: &Lengths,
-    plain: &PredictedModel,
-    last: PredictedModel,
-) -> Result<Vec<PredictedModel>> {
-    let there = &plain.model.fit.structure.effects;
-    let added = |judged: &PredictedModel| judged.model.fit.structure.effects.len() - there.len();
-    let mut path = vec![last];
-    while let Some(larger) = path.last().filter(|j| added(j) > 1) {
-        lengths.stop.check()?;
-        let effects = &larger.model.fit.structure.effects;
-        let smaller: Vec<PredictedModel> = effects
-            .iter()
-            .filter(|e| !there.contains(e))
-            .map_at_once(|e| judged(lengths, without(lengths, &larger.model, e)))
-            .collect();
-        let best = smaller
-            .into_iter()
-            .min_by(|a, b| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad()));
-        path.push(best.expect("an effect"));
+/// Judges models far from the noise, where prediction holds.
+struct ByPrediction<'a> {
+    lengths: &'a Lengths,
+    /// Effects that were there from the beginning.
+    there: usize,
+}
+
+impl Judge for ByPrediction<'_> {
+    type Model = PredictedModel;
+
+    fn effects<'a>(&self, judged: &'a PredictedModel) -> &'a [Effect] {
+        &judged.model.fit.structure.effects[self.there..]
     }
-    if path.last().is_some_and(|j| added(j) > 0) {
-        path.push(plain.clone());
+    fn without(&self, larger: &PredictedModel, effect: &Effect) -> Option<PredictedModel> {
+        Some(judged(self.lengths, without(self.lengths, &larger.model, effect)))
     }
-    path.reverse();
-    Ok(path)
+    fn is_worth(&self, smaller: &PredictedModel, larger: &PredictedModel) -> bool {
+        larger.predicts_better_than(smaller)
+    }
+    fn misfit(&self, judged: &PredictedModel) -> f64 {
+        judged.prediction.rms_rad()
+    }
+    fn stop(&self) -> &Stop {
+        &self.lengths.stop
+    }
 }
 
 impl Survivors {
@@ -292,24 +296,24 @@ impl Survivors {
     ///
     /// # Errors
     /// Interrupted, once somebody asked for it.
-    pub(crate) fn simple(mut self) -> Result<Self> {
-        self.path = path(&self.lengths, &self.path[0].clone(), self.simple.clone())?;
-        Ok(self)
+    pub(crate) fn simple(self) -> Result<Self> {
+        let simple = self.simple.clone();
+        self.up_to(simple)
     }
 
     /// The same without `effect`.
     ///
     /// # Errors
     /// Interrupted, once somebody asked for it.
-    pub(crate) fn without(mut self, effect: Effect) -> Result<Self> {
-        let last = self.path.pop().expect("a model");
-        let plain = self.path.first().cloned().unwrap_or_else(|| last.clone());
-        let less = judged(&self.lengths, without(&self.lengths, &last.model, &effect));
-        let there = &plain.model.fit.structure.effects;
-        self.path = match less.model.fit.structure.effects.len() == there.len() {
-            true => vec![plain],
-            false => path(&self.lengths, &plain, less)?,
-        };
+    pub(crate) fn without(self, effect: &Effect) -> Result<Self> {
+        let last = self.path.last().expect("the plain model");
+        let less = judged(&self.lengths, without(&self.lengths, &last.model, effect));
+        self.up_to(less.into())
+    }
+
+    fn up_to(mut self, last: Nested<PredictedModel>) -> Result<Self> {
+        let judge = ByPrediction { lengths: &self.lengths, there: self.there().len() };
+        self.path = last.path(&judge, self.path[0].clone())?;
         Ok(self)
     }
 }
@@ -322,21 +326,4 @@ pub(crate) fn refit(
 ) -> PredictedModel {
     let model = fitted(lengths, structure, &like.model.short.common, Some(&like.model.fit.common));
     judged(lengths, model)
-}
-
-/// Takes out again what the others have made needless, but for what is `there` from the beginning.
-fn pruned(lengths: &Lengths, there: &[Effect], mut here: PredictedModel) -> PredictedModel {
-    loop {
-        let effects = here.model.fit.structure.effects.clone();
-        let needless = effects
-            .iter()
-            .filter(|e| !there.contains(e))
-            .map_at_once(|e| judged(lengths, without(lengths, &here.model, e)))
-            .filter(|smaller| !here.predicts_better_than(smaller))
-            .min_by(|a, b| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad()));
-        match needless {
-            Some(smaller) => here = smaller,
-            None => return here,
-        }
-    }
 }

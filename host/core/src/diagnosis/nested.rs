@@ -1,0 +1,92 @@
+//! Models within each other: what others have made needless is taken out of one, and from the model that is there
+//! to the final one the way is shown, whatever they are judged by.
+
+use crate::at_once::AtOnce;
+use crate::effects::Effect;
+use crate::error::Result;
+use crate::stop::Stop;
+
+/// What models are judged by: their evidence, or what they predict.
+pub(super) trait Judge: Sync {
+    /// A set of effects, fitted.
+    type Model: Clone + Send + Sync;
+
+    /// Its effects beyond those that were there from the beginning.
+    fn effects<'a>(&self, model: &'a Self::Model) -> &'a [Effect];
+
+    /// `model` less one of them; `None` where it cannot be fitted.
+    fn without(&self, model: &Self::Model, effect: &Effect) -> Option<Self::Model>;
+
+    /// Whether `larger` is worth the effect that it has beyond `smaller`.
+    fn is_worth(&self, smaller: &Self::Model, larger: &Self::Model) -> bool;
+
+    /// By which models of as many effects are ranked, the least first.
+    fn misfit(&self, model: &Self::Model) -> f64;
+
+    /// The search ends when this asks for it.
+    fn stop(&self) -> &Stop;
+}
+
+/// A model, and it less each of its effects in their order, where that has been asked for.
+#[derive(Clone)]
+pub(super) struct Nested<M> {
+    pub(super) model: M,
+    pub(super) without: Vec<Option<M>>,
+}
+
+impl<M: Clone + Send + Sync> Nested<M> {
+    fn of<J: Judge<Model = M>>(judge: &J, model: M) -> Self {
+        let effects = judge.effects(&model).iter();
+        let without = effects.map_at_once(|effect| judge.without(&model, effect)).collect();
+        Self { model, without }
+    }
+
+    /// Less what the others have made needless.
+    ///
+    /// # Errors
+    /// Interrupted, once somebody asked for it.
+    pub(super) fn pruned<J: Judge<Model = M>>(judge: &J, model: M) -> Result<Self> {
+        let mut here = Self::of(judge, model);
+        while let Some(smaller) = here.least(judge, |smaller| !judge.is_worth(smaller, &here.model))
+        {
+            judge.stop().check()?;
+            here = Self::of(judge, smaller);
+        }
+        judge.stop().check()?;
+        Ok(here)
+    }
+
+    fn least<J: Judge<Model = M>>(&self, judge: &J, among: impl Fn(&M) -> bool) -> Option<M> {
+        let smaller = self.without.iter().flatten().filter(|smaller| among(smaller));
+        let least = smaller.min_by(|a, b| judge.misfit(a).total_cmp(&judge.misfit(b)));
+        least.cloned()
+    }
+
+    /// From `plain`, the model that is there, to this one, an effect more each: what is missed least is taken out
+    /// first.
+    ///
+    /// # Errors
+    /// Interrupted, once somebody asked for it.
+    pub(super) fn path<J: Judge<Model = M>>(self, judge: &J, plain: M) -> Result<Vec<M>> {
+        let mut here = self;
+        let mut path = Vec::new();
+        while judge.effects(&here.model).len() > 1 {
+            judge.stop().check()?;
+            if here.without.is_empty() {
+                here = Self::of(judge, here.model);
+            }
+            let Some(smaller) = here.least(judge, |_| true) else { break };
+            path.push(std::mem::replace(&mut here, smaller.into()).model);
+        }
+        path.extend((!judge.effects(&here.model).is_empty()).then_some(here.model));
+        path.push(plain);
+        path.reverse();
+        Ok(path)
+    }
+}
+
+impl<M> From<M> for Nested<M> {
+    fn from(model: M) -> Self {
+        Self { model, without: Vec::new() }
+    }
+}
