@@ -6,7 +6,7 @@ use crate::diagnosis::guards::Refusal;
 use crate::diagnosis::likelihood::{
     beyond, evidence, is_explained, may_rival, DECISIVE, NEAR_NOISE,
 };
-use crate::effects::Effect;
+use crate::diagnosis::search_start::library;
 use crate::fit::about_rest::added;
 use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
@@ -41,12 +41,8 @@ pub(super) fn instead(
             inner.push(accepted);
         }
     }
-    let is_new = |e: &Effect| {
-        e.is_flexible()
-            && !plain.structure.effects.contains(e)
-            && refused.iter().all(|refusal| refusal.effect != *e)
-    };
-    let flexible: Vec<Effect> = Effect::deterministic().filter(is_new).collect();
+    let mut flexible = library(decay, &plain.structure.effects);
+    flexible.retain(|e| e.is_flexible() && refused.iter().all(|refusal| refusal.effect != *e));
     let gain = |larger: &Fitted| evidence(accepted, larger, larger.effective_count());
     let screens: Vec<Screen> =
         inner.into_iter().map_at_once(|inner| Screen::new(decay, inner)).collect();

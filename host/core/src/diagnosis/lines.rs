@@ -7,6 +7,7 @@ use crate::diagnosis::answer::FITTED_SHARE;
 use crate::diagnosis::guards;
 use crate::diagnosis::likelihood::is_explained;
 use crate::diagnosis::prediction::LEAST_GAIN;
+use crate::diagnosis::search_start::library;
 use crate::diagnosis::verdict::MOST_LEFT;
 use crate::effects::Effect;
 use crate::error::Result;
@@ -54,12 +55,8 @@ fn best(decay: &FreeDecay, inner: &Fitted, there: &[Effect]) -> Option<Fitted> {
         return None;
     }
     let others = &inner.structure.effects;
-    let is_one = |e: &Effect| {
-        e.line().is_some()
-            && e.is_seen_in(&decay.measurand)
-            && others.iter().all(|t| t != e && !t.excludes(e))
-    };
-    let all: Vec<Effect> = Effect::deterministic().filter(is_one).collect();
+    let mut all = library(decay, others);
+    all.retain(|e| e.line().is_some() && others.iter().all(|other| !other.excludes(e)));
     let stands = |larger: &Fitted| {
         larger.converged
             && larger.sum_of_squares < MOST_LEFT * inner.sum_of_squares

@@ -23,6 +23,19 @@ pub fn present(decay: &FreeDecay, options: &Options) -> Result<Fitted> {
     Err(Error::NotFitted)
 }
 
+/// Effects of the library that `decay` may show beside those that are `there`: of what a measured law bends to no
+/// record says that it is not the law's.
+pub(super) fn library(decay: &FreeDecay, there: &[Effect]) -> Vec<Effect> {
+    let held = |e: &Effect| there.iter().filter_map(Effect::measured).any(|law| law.holds(e));
+    let may_show = |e: &Effect| {
+        decay.amplitude_rad >= e.distinct_from_rad()
+            && e.is_seen_in(&decay.measurand)
+            && !there.contains(e)
+            && !held(e)
+    };
+    Effect::deterministic().filter(may_show).collect()
+}
+
 /// The present model with every candidate beside it, one at a time: what a search begins with.
 #[derive(Clone)]
 pub(crate) struct SearchStart {
@@ -38,18 +51,14 @@ impl SearchStart {
     pub(crate) fn of(decay: &FreeDecay, options: &Options) -> Result<Self> {
         let zero_unknown = options.zero_unknown;
         let plain = present(decay, options)?;
-        let mut candidates: Vec<Effect> =
-            Effect::deterministic().filter(|e| !(zero_unknown && e.moves_rest())).collect();
-        candidates.retain(|e| !e.is_flexible() && decay.amplitude_rad >= e.distinct_from_rad());
-        candidates.retain(|e| e.is_seen_in(&decay.measurand));
+        let there = &plain.structure.effects;
+        let mut candidates = library(decay, there);
+        candidates.retain(|e| !e.is_flexible() && !(zero_unknown && e.moves_rest()));
         for own in options.own.iter().filter(|e| e.is_own()) {
-            if !candidates.contains(own) {
+            if !candidates.contains(own) && !there.contains(own) {
                 candidates.push(own.clone());
             }
         }
-        let there = &plain.structure.effects;
-        let held = |e: &Effect| there.iter().filter_map(Effect::measured).any(|law| law.holds(e));
-        candidates.retain(|e| !there.contains(e) && !held(e));
         let singles = candidates.iter().map_at_once(|e| fit_added(decay, &plain, e)).collect();
         decay.stop.check()?;
         Ok(Self { plain, candidates, singles })

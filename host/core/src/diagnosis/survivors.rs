@@ -9,6 +9,7 @@ use crate::diagnosis::likelihood::{BREADTH, MOST_EFFECTS};
 use crate::diagnosis::nested::{Judge, Nested};
 use crate::diagnosis::over_pieces::{fitted, plain_start, with_from, without, Lengths, Model};
 use crate::diagnosis::prediction::{predict, Prediction, LEAST_GAIN};
+use crate::diagnosis::search_start::library;
 use crate::effects::{Effect, Series};
 use crate::error::Result;
 use crate::fit::fitting::Structure;
@@ -89,15 +90,11 @@ fn expanded(lengths: &Lengths, models: &[Model], all: &[Effect]) -> Vec<Model> {
 
 /// Effects of the state: what follows time alone, or adds a line, is tried last, elsewhere. The rest angle is
 /// in every model.
-pub(super) fn candidates(decay: &FreeDecay) -> Vec<Effect> {
-    let is_one = |e: &Effect| {
-        e.is_strength_of_state()
-            && !e.moves_rest()
-            && e.is_seen_in(&decay.measurand)
-            && e.series() != Some(Series::HigherTerm)
-            && decay.amplitude_rad > e.distinct_from_rad()
-    };
-    Effect::ALL.into_iter().filter(is_one).collect()
+fn candidates(decay: &FreeDecay, there: &[Effect]) -> Vec<Effect> {
+    let mut all = library(decay, there);
+    let is_higher = |e: &Effect| e.series() == Some(Series::HigherTerm);
+    all.retain(|e| e.is_strength_of_state() && !e.moves_rest() && !is_higher(e));
+    all
 }
 
 /// What was found.
@@ -155,7 +152,7 @@ fn searched(
 ) -> Result<Survivors> {
     let plain = judged(&lengths, base(&lengths, begin, present));
     let there = &plain.model.fit.structure.effects;
-    let all = candidates(decay);
+    let all = candidates(decay, there);
     // Sets of one more effect each, the best fits carried on.
     let mut rounds: Vec<Vec<Model>> = vec![vec![plain.model.clone()]];
     while rounds.len() <= MOST_EFFECTS {
@@ -193,7 +190,7 @@ fn searched(
     let own: Vec<Effect> =
         own.iter().filter(|e| e.is_own() && !there.contains(e)).cloned().collect();
     let simple = with_own(&judge, Nested::pruned(&judge, here)?, &own)?;
-    let path = bent(&judge, there, simple.clone())?.path(&judge, plain.clone())?;
+    let path = bent(decay, &judge, there, simple.clone())?.path(&judge, plain.clone())?;
     let mut singles = rounds.get(1).cloned().unwrap_or_default();
     singles.extend(own.iter().map_at_once(|e| with(&lengths, &plain.model, e)));
     singles.sort_by(|a, b| a.fit.sum().total_cmp(&b.fit.sum()));
@@ -238,14 +235,15 @@ fn is_simpler_one(lengths: &Lengths, model: &Model) -> bool {
 
 /// `here`, or where one that bends to much predicts clearly better, that one with what it leaves needed.
 fn bent(
+    decay: &FreeDecay,
     judge: &ByPrediction,
     there: &[Effect],
     here: Nested<PredictedModel>,
 ) -> Result<Nested<PredictedModel>> {
     let (lengths, inner) = (judge.lengths, &here.model);
     lengths.stop.check()?;
-    let flexible: Vec<Effect> =
-        Effect::deterministic().filter(|e| e.is_flexible() && !there.contains(e)).collect();
+    let mut flexible = library(decay, there);
+    flexible.retain(Effect::is_flexible);
     let better = flexible
         .iter()
         .map_at_once(|effect| {
