@@ -19,6 +19,7 @@ use yawrig_records::{Content, Selection};
 
 /// Version of what is written.
 pub const SCHEMA_VERSION: u32 = 1;
+const PROGRAM: &str = concat!("yawrig ", env!("CARGO_PKG_VERSION"));
 /// How every line begins.
 const LINE_START: &[u8] = br#"{"schema_version":"#;
 /// Files identified at the same time before their answers are passed on in order.
@@ -36,7 +37,7 @@ pub struct Line {
 }
 
 /// What an answer came from.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Source {
     /// Of the record's bytes.
     pub crc32: String,
@@ -49,8 +50,13 @@ pub struct Source {
 
 impl Source {
     fn of(Content { bytes, crc32 }: Content, options: &str) -> Self {
-        let program = format!("yawrig {}", env!("CARGO_PKG_VERSION"));
-        Self { crc32, bytes, options: options.to_owned(), program }
+        Self { crc32, bytes, options: options.to_owned(), program: PROGRAM.to_owned() }
+    }
+
+    /// What was in the record, if that is all that may be another now.
+    fn content(self, options: &str) -> Option<Content> {
+        let Self { crc32, bytes, .. } = self;
+        (self.options == options && self.program == PROGRAM).then_some(Content { bytes, crc32 })
     }
 }
 
@@ -191,14 +197,13 @@ pub fn to_log(
         return Err(files::cannot_write(out, &"it is not a file"));
     }
     let mut log = locked(out)?;
-    let done = finished(out, &log)?;
+    let done = finished(out, &log, &options)?;
     let named = |file: &PathBuf| fingerprint(&file.display().to_string());
     // What gives its bytes only once is asked again.
     let is_kept = |file: &PathBuf| {
         interrupt::check()?;
-        let known = done.get(&named(file));
-        let now = known.and_then(|_| yawrig_records::content(file));
-        Ok(now.is_some_and(|now| known == Some(&fingerprint_of(Some(&Source::of(now, &options))))))
+        let was = done.get(&named(file)).and_then(Option::as_ref);
+        Ok(was.is_some_and(|was| yawrig_records::holds(file, was)))
     };
     let kept: Vec<bool> = files.par_iter().map(is_kept).collect::<Result<_>>()?;
     let stale: Vec<u64> = files
@@ -274,9 +279,9 @@ struct Named {
     of: Option<Source>,
 }
 
-/// The files that have a whole line in `out` and what it came from, by fingerprints: sixteen bytes each
-/// whatever their names. A last line without an end, left by a power cut, is taken off.
-fn finished(out: &Path, log: &File) -> Result<HashMap<u64, u64>> {
+/// The files that have a whole line in `out`, by fingerprints of their names, and what was in them; nothing
+/// where options or version were others. A last line without an end, left by a power cut, is taken off.
+fn finished(out: &Path, log: &File, options: &str) -> Result<HashMap<u64, Option<Content>>> {
     let mut done = HashMap::new();
     let fail = |e: &dyn std::fmt::Display| Error::data(format!("{}: {e}", out.display()));
     let mut reader = BufReader::new(log);
@@ -295,7 +300,7 @@ fn finished(out: &Path, log: &File) -> Result<HashMap<u64, u64>> {
             break;
         }
         let named: Named = serde_json::from_slice(&text).map_err(|_| foreign())?;
-        done.insert(fingerprint(&named.file), fingerprint_of(named.of.as_ref()));
+        done.insert(fingerprint(&named.file), named.of.and_then(|of| of.content(options)));
         whole += text.len() as u64;
         text.clear();
     }
@@ -307,10 +312,6 @@ fn fingerprint(file: &str) -> u64 {
     let mut hasher = DefaultHasher::new();
     file.hash(&mut hasher);
     hasher.finish()
-}
-
-fn fingerprint_of(source: Option<&Source>) -> u64 {
-    fingerprint(&format!("{source:?}"))
 }
 
 impl Tally {

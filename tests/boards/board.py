@@ -22,6 +22,7 @@ import struct
 import sys
 
 from elftools.elf.elffile import ELFFile
+from systick import SysTick
 from unicorn.arm_const import UC_ARM_REG_LR, UC_ARM_REG_SP
 
 CONVERSIONS = 16
@@ -31,7 +32,7 @@ class Wrong(Exception):
     """What the image does and may not."""
 
 
-class Board:
+class Board(SysTick):
     """A board has `power_on(cause, ram)`, which makes `uc`, and `go(until)`, `execute()`, `state()`, `flash()`; its vectors are
     at `VECTORS`."""
 

@@ -13,13 +13,13 @@ erased the program may touch no flash, else the processor would stand still unti
 What it says nothing of beside that: framing and noise on the line, protection of the flash.
 """
 
-import struct
 from collections import defaultdict
 
 from board import CONVERSIONS, Board, Wrong
+from systick import SYSTICK_VECTOR
 from unicorn import (UC_ARCH_ARM, UC_ERR_FETCH_PROT, UC_ERR_READ_PROT, UC_HOOK_MEM_WRITE, UC_MODE_MCLASS, UC_MODE_THUMB,
                      UC_PROT_ALL, UC_PROT_NONE, Uc, UcError)
-from unicorn.arm_const import UC_ARM_REG_LR, UC_ARM_REG_PC, UC_ARM_REG_PRIMASK, UC_ARM_REG_SP, UC_CPU_ARM_CORTEX_M4
+from unicorn.arm_const import UC_ARM_REG_PC, UC_CPU_ARM_CORTEX_M4
 
 FLASH, FLASH_BYTES, SECTOR = 0x0800_0000, 512 * 1024, 16 * 1024
 # 3.3, table 4: sectors 1 to 3 are 16 KiB, sector 4 is 64 KiB. What the device writes; the rest is the image's.
@@ -32,10 +32,8 @@ PLACES = (1, 4, 2, 3)
 RAM, RAM_BYTES = 0x2000_0000, 128 * 1024
 PERIPHERALS, PERIPHERALS_BYTES, BIT_BAND = 0x4000_0000, 0x30000, 0x4200_0000
 AIRCR, AIRCR_RESET = 0xE000_ED0C, 0x05FA_0004
-# PM0214, 4.4 and 4.5: the table of vectors, aligned to its 128 words; SysTick, exception 15, by the processor's clock.
-VTOR, TABLE_BYTES, SYSTICK, SYSTICK_VECTOR, SYSTICK_ON = 0xE000_ED08, 512, 0xE000_E010, 15, 0b111
-# 2.3.7: the registers that an exception stacks where the FPU is in use, and a place to return to that is none of the image's.
-FRAME_BYTES, RETURN = 26 * 4, 0x1FFF_0000
+# PM0214, 4.4: the table of vectors is aligned to its 128 words; 2.3.7: what an exception stacks where the FPU is in use.
+TABLE_BYTES, FRAME_BYTES = 512, 26 * 4
 
 # 2.2.2, register boundary addresses.
 TIM2, TIM5, IWDG, USART2, PWR = 0x4000_0000, 0x4000_0C00, 0x4000_3000, 0x4000_4400, 0x4000_7000
@@ -82,7 +80,7 @@ class Stream:
 
 
 class Machine(Board):
-    VECTORS, RAM, RAM_BYTES = FLASH, RAM, RAM_BYTES
+    VECTORS, RAM, RAM_BYTES, FRAME_BYTES = FLASH, RAM, RAM_BYTES, FRAME_BYTES
 
     def __init__(self, elf):
         super().__init__(elf)
@@ -107,9 +105,7 @@ class Machine(Board):
             uc.mem_write(at, data)
         uc.mem_map(RAM, RAM_BYTES)
         uc.mem_write(RAM, ram or b"\xa5" * RAM_BYTES)
-        uc.mem_map(RETURN, 0x1000)
-        uc.mem_map(0xE000_0000, 0x100000)
-        uc.mem_write(VTOR, struct.pack("<I", FLASH))
+        self.map_system()
         self.map_device(PERIPHERALS, PERIPHERALS_BYTES, self.read, self.write)
         self.map_device(BIT_BAND, PERIPHERALS_BYTES * 32, self.read_bit, self.write_bit)
         uc.hook_add(UC_HOOK_MEM_WRITE, self.system_control, begin=AIRCR, end=AIRCR + 3)
@@ -118,7 +114,6 @@ class Machine(Board):
                                IWDG + 8: 0xFFF, FLASH_OPTCR: self.options})
         self.adc, self.link = Stream(self, DMA2 + 0x10), Stream(self, DMA1 + 0x10 + 0x18 * 5)
         self.keys, self.busy, self.erasing, self.closed = [], 0, 0, False
-        self.pending, self.handling, self.ticked_ms = False, False, 0
         self.begun, self.fed_ms, self.transmitting = False, 0, 0
         self.begin()
 
@@ -171,9 +166,8 @@ class Machine(Board):
     # The processor. It is stopped at a read of a register where SysTick is due and where the flash, none of the program's
     # while a sector is erased, closes or opens; the read is done again after it.
 
-    def interrupts(self):
-        due = self.pending and not self.uc.reg_read(UC_ARM_REG_PRIMASK) & 1
-        if due or self.closed != bool(self.erasing):
+    def stops_for_interrupt(self):
+        if self.has_interrupt() or self.closed != bool(self.erasing):
             self.uc.emu_stop()
             return True
         return False
@@ -186,7 +180,7 @@ class Machine(Board):
                 for begin, length in IMAGE:
                     self.uc.mem_protect(begin, length, UC_PROT_NONE if self.closed else UC_PROT_ALL)
                 self.uc.ctl_flush_tb()
-            if self.pending and not self.uc.reg_read(UC_ARM_REG_PRIMASK) & 1:
+            if self.has_interrupt():
                 self.interrupt()
             self.go(0xFFFF_FFFF)
             self.pc = self.uc.reg_read(UC_ARM_REG_PC) | 1
@@ -201,33 +195,20 @@ class Machine(Board):
             raise RuntimeError(f"{error} at {at:#x}") from error
 
     def interrupt(self):
-        """SysTick's handler: what the architecture stacks, and the registers as they were after it."""
-        uc = self.uc
-        table, = struct.unpack("<I", bytes(uc.mem_read(VTOR, 4)))
+        table = self.vectors()
         assert table % TABLE_BYTES == 0, "the vectors are not aligned"
         if self.closed and table < RAM:
             raise Wrong("a vector is taken from the flash while a sector is erased")
-        before, program = uc.context_save(), self.pc
-        stack = uc.reg_read(UC_ARM_REG_SP) - FRAME_BYTES & ~7
-        uc.mem_write(stack, bytes(FRAME_BYTES))
-        uc.reg_write(UC_ARM_REG_SP, stack)
-        uc.reg_write(UC_ARM_REG_LR, RETURN | 1)
-        self.pc, = struct.unpack("<I", bytes(uc.mem_read(table + 4 * SYSTICK_VECTOR, 4)))
-        self.pending, self.handling = False, True
-        self.go(RETURN)
-        assert uc.reg_read(UC_ARM_REG_PC) == RETURN and uc.reg_read(UC_ARM_REG_SP) == stack, "it does not return"
-        uc.context_restore(before)
-        self.pc, self.handling = program, False
+        super().interrupt()
 
     def misplace(self):
-        table, = struct.unpack("<I", bytes(self.uc.mem_read(VTOR, 4)))
         in_flash = bytes(self.uc.mem_read(FLASH + 4 * 14, 4))
-        self.uc.mem_write(table + 4 * SYSTICK_VECTOR, in_flash)
+        self.uc.mem_write(self.vectors() + 4 * SYSTICK_VECTOR, in_flash)
 
     # The peripherals.
 
     def read(self, at, size):
-        if self.interrupts():
+        if self.stops_for_interrupt():
             return 0
         word, shift = at & ~3, 8 * (at & 3)
         value = self.registers[word]
@@ -312,7 +293,7 @@ class Machine(Board):
 
     # Time: a millisecond with each sixteen conversions.
 
-    def system_hz(self):
+    def processor_hz(self):
         """The PLL from HSE (6.2)."""
         pll, cfgr = self.registers[RCC_PLLCFGR], self.registers[RCC_CFGR]
         assert cfgr & 3 == 2 and pll >> 22 & 1 and self.registers[RCC_CR] & 1 << 18, "not on HSE in bypass and the PLL"
@@ -320,7 +301,7 @@ class Machine(Board):
 
     def timer_hz(self):
         """How often TIM2 comes round (6.2, 17.4): APB1's timers have twice its clock where that is divided."""
-        system, cfgr = self.system_hz(), self.registers[RCC_CFGR]
+        system, cfgr = self.processor_hz(), self.registers[RCC_CFGR]
         divided = {4: 2, 5: 4, 6: 8, 7: 16}.get(cfgr >> 10 & 7, 1)
         self.apb1_hz = system // divided
         timer = self.apb1_hz * (2 if divided > 1 else 1)
@@ -351,9 +332,7 @@ class Machine(Board):
             return
         self.now_ms += 1
         self.quiet = 0
-        control, reload = struct.unpack("<2I", bytes(self.uc.mem_read(SYSTICK, 8)))
-        if control & SYSTICK_ON == SYSTICK_ON and self.now_ms - self.ticked_ms >= 1000 * (reload + 1) / self.system_hz():
-            self.pending, self.ticked_ms = True, self.now_ms
+        self.time_is(self.now_ms, 1000)
         # 22.3: the prescaler is 4 times two to the PR.
         after_ms = 1000 * (4 << self.registers[IWDG + 4]) * (self.registers[IWDG + 8] + 1) / LSI_HZ
         if self.begun and self.now_ms - self.fed_ms > after_ms:

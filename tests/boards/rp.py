@@ -12,7 +12,6 @@ What it says nothing of beside that: USB's electrical side and its timing, the b
 reset), cells of the flash that are half erased, the cores' differences of speed between flash and RAM.
 """
 
-import struct
 from collections import defaultdict
 
 from board import CONVERSIONS, Board
@@ -20,14 +19,12 @@ from rp_rom import FLASH, KEPT_BYTES
 from rp_time import (AL1_CTRL, CHANNEL_BYTES, CHANNELS, CTRL_TRIG, DMA, READ_ADDR, TRANS_COUNT, WRITE_ADDR, Time)
 from rp_usb import INTS, Controller, Host
 from unicorn import UC_ARCH_ARM, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
-from unicorn.arm_const import UC_ARM_REG_LR, UC_ARM_REG_PC, UC_ARM_REG_PRIMASK, UC_ARM_REG_SP
+from unicorn.arm_const import UC_ARM_REG_LR, UC_ARM_REG_PC
 
 # 2.2.4, 2.2.5: each peripheral's block, with aliases that flip, set and clear bits (2.1.3).
 APB, AHB, SIO, BLOCK = 0x4000_0000, 0x5000_0000, 0xD000_0000, 0x20_0000
 USB_MEMORY, USB = 0x5010_0000, 0x5011_0000
 LED = 25
-# The architecture: the table of vectors, SysTick, which is exception 15; an address to return to.
-VTOR, SYSTICK_VECTOR, RETURN = 0xE000_ED08, 15, 0x1FFF_0000
 
 
 class Machine(Time, Board):
@@ -44,15 +41,13 @@ class Machine(Time, Board):
         kept = self.rom.kept() if self.rom else b"\xff" * KEPT_BYTES
         self.uc = uc = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
         uc.ctl_set_cpu_model(self.CPU)
-        for at, length in ((0, 32 << 10), (FLASH, self.FLASH_BYTES), (self.RAM, self.RAM_BYTES), (0xE000_0000, 1 << 20),
-                           (RETURN, 0x1000)):
+        for at, length in ((0, 32 << 10), (FLASH, self.FLASH_BYTES), (self.RAM, self.RAM_BYTES)):
             uc.mem_map(at, length)
+        self.map_system()
         uc.mem_write(FLASH, b"\xff" * self.FLASH_BYTES)
         for at, data in self.image:
             uc.mem_write(at, data)
-        uc.mem_write(VTOR, struct.pack("<I", self.VECTORS))
-        self.rounds, self.interrupts, self.waiting = 0, 0, 0
-        self.trapped, self.pending, self.handling, self.ticked_us = None, False, False, 0.0
+        self.rounds, self.waiting, self.trapped = 0, 0, None
         self.map_own()
         self.rom = self.make_rom(kept)
         uc.mem_write(self.RAM, ram or b"\xa5" * self.RAM_BYTES)
@@ -110,31 +105,11 @@ class Machine(Time, Board):
             elif not self.is_due or self.reset_by:
                 return
 
-    def has_interrupt(self):
-        return self.pending and not self.handling and not self.uc.reg_read(UC_ARM_REG_PRIMASK) & 1
-
     def stops_for_interrupt(self):
         if self.has_interrupt():
             self.is_due = True
             self.uc.emu_stop()
         return self.is_due
-
-    def interrupt(self):
-        """SysTick's handler: what the architecture stacks, and the registers as they were after it."""
-        uc = self.uc
-        table, = struct.unpack("<I", bytes(uc.mem_read(VTOR, 4)))
-        before, program = uc.context_save(), self.pc
-        stack = uc.reg_read(UC_ARM_REG_SP) - self.FRAME_BYTES & ~7
-        uc.mem_write(stack, bytes(self.FRAME_BYTES))
-        uc.reg_write(UC_ARM_REG_SP, stack)
-        uc.reg_write(UC_ARM_REG_LR, RETURN | 1)
-        self.pc, = struct.unpack("<I", bytes(uc.mem_read(table + 4 * SYSTICK_VECTOR, 4)))
-        self.pending, self.handling = False, True
-        self.go(RETURN)
-        assert uc.reg_read(UC_ARM_REG_PC) == RETURN and uc.reg_read(UC_ARM_REG_SP) == stack, "it does not return"
-        uc.context_restore(before)
-        self.pc, self.handling = program, False
-        self.interrupts += 1
 
     def run(self):
         self.host.sent = sent = bytearray()

@@ -18,8 +18,6 @@ CONVERSION_US = 2  # 12.4: 96 cycles of 48 MHz
 LOOK_US, STALLED_US = 40, 100
 # Looks after which nothing is left to say.
 QUIET_LOOKS = 200
-# The architecture: SysTick by the processor's clock.
-SYSTICK, SYSTICK_ON = 0xE000_E010, 0b111
 
 
 class Time:
@@ -112,9 +110,7 @@ class Time:
         load = self.registers[self.WATCHDOG + 4] / self.WATCHDOG_TICKS
         if self.registers[self.WATCHDOG] >> 30 & 1 and self.now_us - self.fed_us > load:
             self.bite("watchdog")
-        control, reload = struct.unpack("<2I", bytes(self.uc.mem_read(SYSTICK, 8)))
-        if control & SYSTICK_ON == SYSTICK_ON and self.now_us - self.ticked_us >= 1e6 * (reload + 1) / self.processor_hz():
-            self.pending, self.ticked_us = True, self.now_us
+        self.time_is(self.now_us, 1e6)
 
     def sample(self):
         """A millisecond goes by, if its readings are given."""

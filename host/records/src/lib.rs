@@ -34,7 +34,7 @@ mod xlsx;
 pub use csv_file::{as_written, write, write_samples, write_samples_of, ACCEPTED_COLUMNS};
 pub use kept::keep;
 pub use quantity::Quantity;
-pub use source::{content, content_when_read, Content};
+pub use source::{content, content_when_read, holds, Content};
 pub use table::{Channel, Selection, TimeUnit};
 
 use place::{Part, Times};

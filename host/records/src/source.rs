@@ -166,6 +166,12 @@ pub fn content(file: &Path) -> Option<Content> {
     }
 }
 
+/// Whether `was` is in `file` now, as [`content`] has it; a file of another length is not read.
+pub fn holds(file: &Path, was: &Content) -> bool {
+    let now = stamp(&place::parted(file).0);
+    now.is_none_or(|now| now.bytes == was.bytes as u64) && content(file).as_ref() == Some(was)
+}
+
 /// What was in `file` when this process last read its record, whatever has become of it since; none where it
 /// has not.
 pub fn content_when_read(file: &Path) -> Option<Content> {
@@ -209,5 +215,20 @@ mod tests {
         read(&file).unwrap();
         std::fs::remove_file(&file).unwrap();
         assert_eq!((content(&file), content_when_read(&file)), (None, of("longer")));
+    }
+
+    #[test]
+    fn a_file_holds_what_it_held_until_it_is_changed() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("r.csv");
+        std::fs::write(&file, "one").unwrap();
+        let was = content(&file).unwrap();
+        assert!(holds(&file, &was) && holds(&folder.path().join("r.csv#2"), &was));
+        for other in ["two", "three"] {
+            std::fs::write(&file, other).unwrap();
+            assert!(!holds(&file, &was), "{other}");
+        }
+        std::fs::remove_file(&file).unwrap();
+        assert!(!holds(&file, &was));
     }
 }

@@ -32,157 +32,88 @@ pub fn comma(x: f64) -> String {
     format!("{x:.5}").replace('.', ",")
 }
 
-/// Each file with whether it is read as it is.
-fn files() -> Vec<(&'static str, Vec<u8>, bool)> {
-    let plain = |head: &str| table(head, |k| format!("{:.4},{:.5}", time_s(k), yaw_deg(k)));
-    let utf16 = |text: &str, to: fn(u16) -> [u8; 2]| -> Vec<u8> {
-        std::iter::once(0xfeff).chain(text.encode_utf16()).flat_map(to).collect()
-    };
-    let matlab_head = "% run 7, spring K3\n% recorded 2026-03-01\n";
-    let labview = "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t,\n***End_of_Header***\t\nChannels\t1\t\t\nX_Value\tYaw (deg)\tComment\n";
-    vec![
-        ("units in the header.csv", plain("Time (s),Yaw (deg)\n").into_bytes(), true),
-        (
-            "German.csv",
-            table("Zeit [s];Gierwinkel [°]\r\n", |k| {
-                format!("{};{}\r", comma(time_s(k)), comma(yaw_deg(k)))
-            })
-            .into_bytes(),
-            true,
-        ),
-        (
-            "Windows-1252.csv",
-            // A degree sign in one byte.
-            table("Zeit [s];Gierwinkel [@]\n", |k| {
-                format!("{};{}", comma(time_s(k)), comma(yaw_deg(k)))
-            })
-            .bytes()
-            .map(|b| if b == b'@' { 0xb0 } else { b })
-            .collect(),
-            true,
-        ),
-        (
-            "numpy.txt",
-            table("# time_s yaw_deg\n", |k| format!("{:.18e} {:.18e}", time_s(k), yaw_deg(k)))
-                .into_bytes(),
-            true,
-        ),
-        (
-            "pandas.csv",
-            table(",time_s,yaw_deg,wind_m_s\n", |k| {
-                format!(
-                    "{k},{:.4},{:.5},{:.1}",
-                    time_s(k),
-                    if k % 500 == 77 { f64::NAN } else { yaw_deg(k) },
-                    10.0
-                )
-            })
-            .replace("NaN", "")
-            .into_bytes(),
-            true,
-        ),
-        (
-            "preamble.csv",
-            plain("Rig: Davis\nDate: 2026-03-01, 10:00\nOperator: N. N.\n\nt,psi_deg\n")
-                .into_bytes(),
-            true,
-        ),
-        (
-            "comments.csv",
-            plain("# a comment, with a comma\n#another\ntime_s,yaw_deg\n").into_bytes(),
-            true,
-        ),
-        (
-            "two rows of header.tsv",
-            table("Time\tYaw\ns\tdeg\n", |k| format!("{:.4}\t{:.5}", time_s(k), yaw_deg(k)))
-                .into_bytes(),
-            true,
-        ),
-        (
-            "Excel.csv",
-            utf16(
-                &table("Time (ms)\tYaw (deg)\r\n", |k| format!("{}\t{:.5}\r", 5 * k, yaw_deg(k))),
-                u16::to_le_bytes,
-            ),
-            true,
-        ),
-        ("big-endian.csv", utf16(&plain("time_s,yaw_deg\n"), u16::to_be_bytes), true),
-        (
-            "mark.csv",
-            plain("\u{feff}Time (s),Yaw (rad)\n").replace("(rad)", "(deg)").into_bytes(),
-            true,
-        ),
-        (
-            "more columns.csv",
-            table("Time (us),Yaw rate (deg/s),Yaw (deg),Note\n", |k| {
-                format!("{},1.5,{:.5},ok", 5000 * k, yaw_deg(k))
-            })
-            .into_bytes(),
-            true,
-        ),
-        (
-            "gaps.csv",
-            table("time_ms,yaw_deg\n", |k| {
-                if k % 400 == 9 {
-                    format!("{},NaN", 5 * k)
-                } else {
-                    format!("{},{:.5}", 5 * k, yaw_deg(k))
-                }
-            })
-            .into_bytes(),
-            true,
-        ),
-        (
-            "coarse clock.csv",
-            table("time [s],yaw [deg]\n", |k| {
-                format!("{:.2},{:.5}", (time_s(k) * 100.0).floor() / 100.0, yaw_deg(k))
-            })
-            .into_bytes(),
-            true,
-        ),
-        (
-            "LabVIEW.lvm",
-            table(labview, |k| format!("{}\t{}", comma(time_s(k)), comma(yaw_deg(k)))).into_bytes(),
-            true,
-        ),
-        (
-            "dates.csv",
-            table("timestamp,yaw_deg\n", |k| {
-                format!("2026-03-01 23:59:{:09.6},{:.5}", 30.0 + time_s(k), yaw_deg(k))
-            })
-            .into_bytes(),
-            true,
-        ),
-        (
-            "quoted.csv",
-            table("\"Time, elapsed (s)\",\"Yaw (deg)\"\n", |k| {
-                format!("\"{:.4}\",\"{:.5}\"", time_s(k), yaw_deg(k))
-            })
-            .into_bytes(),
-            true,
-        ),
-        ("footer.csv", (plain("Time (s),Yaw (deg)\n") + "end of run\nmax,11\n").into_bytes(), true),
-        // What cannot be known is asked for.
-        (
-            "no header.txt",
-            table(matlab_head, |k| format!("  {:.7e}  {:.7e}", time_s(k), yaw_deg(k))).into_bytes(),
-            false,
-        ),
-        ("no unit.csv", plain("Time,Yaw\n").into_bytes(), false),
-        (
-            "it's odd names.csv",
-            table("time,CH 1 ($),CH 2\n", |k| {
-                format!("{:.4},{:.5},{}", time_s(k), yaw_deg(k), k % 3)
-            })
-            .into_bytes(),
-            false,
-        ),
-        (
-            "milliseconds.csv",
-            table("t,yaw_deg\n", |k| format!("{},{:.5}", 5 * k, yaw_deg(k))).into_bytes(),
-            false,
-        ),
-    ]
+/// Files that are read as they are: name and text, whose line with braces there is of each sample.
+const READ: &[(&str, &str)] = &[
+    ("units in the header.csv", "Time (s),Yaw (deg)\n{s},{deg}\n"),
+    ("German.csv", "Zeit [s];Gierwinkel [°]\r\n{s,};{deg,}\r\n"),
+    ("Windows-1252.csv", "Zeit [s];Gierwinkel [°]\n{s,};{deg,}\n"),
+    ("numpy.txt", "# time_s yaw_deg\n{s e18} {deg e18}\n"),
+    ("pandas.csv", ",time_s,yaw_deg,wind_m_s\n{k},{s},{deg or nothing},10.0\n"),
+    (
+        "preamble.csv",
+        "Rig: Davis\nDate: 2026-03-01, 10:00\nOperator: N. N.\n\nt,psi_deg\n{s},{deg}\n",
+    ),
+    ("comments.csv", "# a comment, with a comma\n#another\ntime_s,yaw_deg\n{s},{deg}\n"),
+    ("two rows of header.tsv", "Time\tYaw\ns\tdeg\n{s}\t{deg}\n"),
+    ("UTF-16 of Excel.csv", "Time (ms)\tYaw (deg)\r\n{ms}\t{deg}\r\n"),
+    ("UTF-16 big-endian.csv", "time_s,yaw_deg\n{s},{deg}\n"),
+    ("mark.csv", "\u{feff}Time (s),Yaw (deg)\n{s},{deg}\n"),
+    ("more columns.csv", "Time (us),Yaw rate (deg/s),Yaw (deg),Note\n{us},1.5,{deg},ok\n"),
+    ("gaps.csv", "time_ms,yaw_deg\n{ms},{deg or NaN}\n"),
+    ("coarse clock.csv", "time [s],yaw [deg]\n{hundredths of s},{deg}\n"),
+    (
+        "LabVIEW.lvm",
+        "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t,\n***End_of_Header***\t\n\
+         Channels\t1\t\t\nX_Value\tYaw (deg)\tComment\n{s,}\t{deg,}\n",
+    ),
+    ("dates.csv", "timestamp,yaw_deg\n2026-03-01 23:59:{s after 30},{deg}\n"),
+    ("quoted.csv", "\"Time, elapsed (s)\",\"Yaw (deg)\"\n\"{s}\",\"{deg}\"\n"),
+    ("footer.csv", "Time (s),Yaw (deg)\n{s},{deg}\nend of run\nmax,11\n"),
+];
+
+/// What cannot be known is asked for.
+const ASKED_ABOUT: &[(&str, &str)] = &[
+    ("no header.txt", "% run 7, spring K3\n% recorded 2026-03-01\n  {s e7}  {deg e7}\n"),
+    ("no unit.csv", "Time,Yaw\n{s},{deg}\n"),
+    ("it's odd names.csv", "time,CH 1 ($),CH 2\n{s},{deg},{0 1 2}\n"),
+    ("milliseconds.csv", "t,yaw_deg\n{ms},{deg}\n"),
+];
+
+/// What stands in a sample's line for a word in braces.
+fn value(word: &str, k: usize) -> String {
+    let (s, deg) = (time_s(k), yaw_deg(k));
+    match word {
+        "k" => k.to_string(),
+        "0 1 2" => (k % 3).to_string(),
+        "s" => format!("{s:.4}"),
+        "s," => comma(s),
+        "s e7" => format!("{s:.7e}"),
+        "s e18" => format!("{s:.18e}"),
+        "s after 30" => format!("{:09.6}", 30.0 + s),
+        "hundredths of s" => format!("{:.2}", (s * 100.0).floor() / 100.0),
+        "ms" => (5 * k).to_string(),
+        "us" => (5000 * k).to_string(),
+        "deg or nothing" if k % 500 == 77 => String::new(),
+        "deg or NaN" if k % 400 == 9 => "NaN".to_owned(),
+        "deg" | "deg or nothing" | "deg or NaN" => format!("{deg:.5}"),
+        "deg," => comma(deg),
+        "deg e7" => format!("{deg:.7e}"),
+        "deg e18" => format!("{deg:.18e}"),
+        _ => panic!("{word}"),
+    }
+}
+
+/// The file's bytes.
+fn written(name: &str, text: &str) -> Vec<u8> {
+    let mut all = String::new();
+    for line in text.split_inclusive('\n') {
+        let of_each = if line.contains('{') { 0..ROWS } else { 0..1 };
+        for k in of_each {
+            let mut parts = line.split(['{', '}']);
+            all.extend(parts.next());
+            while let (Some(word), Some(then)) = (parts.next(), parts.next()) {
+                all.push_str(&value(word, k));
+                all.push_str(then);
+            }
+        }
+    }
+    let utf16 = || "\u{feff}".encode_utf16().chain(all.encode_utf16());
+    match name {
+        "Windows-1252.csv" => all.chars().map(|c| u8::try_from(c).expect("a byte")).collect(),
+        "UTF-16 of Excel.csv" => utf16().flat_map(u16::to_le_bytes).collect(),
+        "UTF-16 big-endian.csv" => utf16().flat_map(u16::to_be_bytes).collect(),
+        _ => all.into_bytes(),
+    }
 }
 
 /// A workbook with this sheet.
@@ -302,19 +233,20 @@ fn a_folder_of_foreign_files() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     let expected = 8.0f64.hypot(0.12);
-    for (name, bytes, is_read) in files() {
-        std::fs::write(folder.join(name), bytes).expect("room for it");
-        let ended = yawrig("identify").and(name).in_folder(folder).run();
-        if is_read {
-            let ended = ended.exits(0);
-            println!("{name}: {}", ended.stdout.lines().nth(3).unwrap_or_default());
-            assert!((frequency(folder, name) - expected).abs() < 2e-3, "{name}");
-            continue;
-        }
-        let command = suggested(&ended.exits(3).helps().stderr);
+    let ran = |name: &str, text: &str| {
+        std::fs::write(folder.join(name), written(name, text)).expect("room for it");
+        yawrig("identify").and(name).in_folder(folder).run()
+    };
+    for (name, text) in READ {
+        let ended = ran(name, text).exits(0);
+        println!("{name}: {}", ended.stdout.lines().nth(3).unwrap_or_default());
+        assert!((frequency(folder, name) - expected).abs() < 2e-3, "{name}");
+    }
+    for (name, text) in ASKED_ABOUT {
+        let command = suggested(&ran(name, text).exits(3).helps().stderr);
         println!("{name}: {command}");
         assert!(
-            name != "no header.txt" || command.ends_with("--time 1 --yaw 2 --unit deg"),
+            *name != "no header.txt" || command.ends_with("--time 1 --yaw 2 --unit deg"),
             "{command}"
         );
         typed(folder, &command);
