@@ -131,8 +131,7 @@ pub(crate) fn with_from(lengths: &Lengths, inner: &Model, effect: &Effect, start
 
 pub(crate) fn without(lengths: &Lengths, model: &Model, effect: &Effect) -> Model {
     let fit = &model.fit;
-    let k = fit.structure.effects.iter().position(|e| e == effect).expect("an effect of the model");
-    let (from, n) = (fit.start_of(k), effect.parameters().len());
+    let (from, n) = (fit.start_of(effect), effect.parameters().len());
     let less = |common: &[f64]| [&common[..from], &common[from + n..]].concat();
     let structure = fit.structure.without(effect);
     fitted(lengths, &structure, &less(&model.short.common), Some(&less(&fit.common)))

@@ -71,8 +71,7 @@ pub(crate) fn responses(motion: &Motion, grid: &Grid, yaw_rad: f64, step: f64) -
     // The plain one with a strength of nothing: all are followed side by side.
     let all = std::iter::once((0, 0.0)).chain((0..SHAPES).map(|which| (which, step)));
     let motions: Vec<Motion> = all.map(moved).collect();
-    let mut readings = vec![vec![0.0; grid.count]; motions.len()];
-    readings_of_all(&motions, grid, &mut readings);
+    let mut readings = readings_of_all(&motions, grid);
     let mut changed = readings.split_off(1);
     for y in &mut changed {
         y.iter_mut().zip(&readings[0]).for_each(|(y, plain)| *y = (*y - plain) / step);

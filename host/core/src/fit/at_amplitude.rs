@@ -5,7 +5,6 @@ use crate::discrepancy::{add_shape, Discrepancy, ABOVE_NOISE, SHAPES};
 use crate::fit::fitted::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::problem::DIFFERENCE;
-use crate::fit::structure::motion;
 use crate::identify::samples::Samples;
 use crate::identify::windows::{self, windows, Window};
 pub use crate::identify::AtAmplitude;
@@ -116,9 +115,8 @@ fn of_cycle(
     decay: &FreeDecay,
     missed: [f64; 2],
 ) -> Option<AtAmplitude> {
-    let starts = model.structure.starts();
     let of = |p: &[f64], lacking: Option<(usize, f64)>| {
-        let (mut motion, _) = motion(&model.structure, &starts, p, decay.around());
+        let (mut motion, _) = model.structure.motion(p, decay.around());
         if let Some((which, strength)) = lacking {
             add_shape(&mut motion, which, strength, decay.amplitude_rad);
         }

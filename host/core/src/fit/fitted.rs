@@ -5,7 +5,7 @@ use crate::discrepancy::Discrepancy;
 use crate::effects::Effect;
 use crate::fit::free_decay::{Around, FreeDecay};
 use crate::fit::problem::{problem_of_one, Release};
-use crate::fit::structure::{motion, Structure, PLAIN};
+use crate::fit::structure::{Structure, PLAIN};
 use crate::motion::oscillator::{Grid, Motion};
 use crate::quantity::Quantity;
 use crate::statistics::independent_share;
@@ -79,7 +79,6 @@ pub struct Fitted {
     /// Squares of what natural frequency and damping ratio at rest are off the record's own at its smallest
     /// amplitudes.
     pub(crate) missed: [f64; 2],
-    starts: Vec<usize>,
     around: Around,
 }
 
@@ -96,7 +95,6 @@ impl Fitted {
         let lag: f64 = residuals.windows(2).map(|w| w[0] * w[1]).sum();
         let power: f64 = residuals.iter().map(|r| r * r).sum();
         let mut fitted = Self {
-            starts: structure.starts(),
             structure,
             parameters,
             sum_of_squares: power,
@@ -183,9 +181,8 @@ impl Fitted {
     }
     /// What it puts into a difference of BIC ([`bic::Score::gain_over`]).
     pub fn bic(&self) -> bic::Score {
-        let Self { sum_of_squares, .. } = *self;
         bic::Score {
-            sum_of_squares,
+            sum_of_squares: self.sum_of_squares,
             independent: self.effective_count(),
             numbers: self.parameters.len(),
         }
@@ -224,9 +221,9 @@ impl Fitted {
 
     /// The angle of rest on the sensor's scale, rad, about which the effects act, where the fit varies it.
     pub(crate) fn rest_rad(&self) -> Option<Quantity> {
-        let moment = self.structure.effects.iter().position(Effect::moves_rest);
-        match moment.filter(|_| self.structure.about_rest).map(|k| self.starts[k]) {
-            Some(at) => {
+        let moment = self.structure.places().find(|(effect, _)| effect.moves_rest());
+        match moment.filter(|_| self.structure.about_rest) {
+            Some((_, at)) => {
                 let (wn, moment) = (self.parameters[0], self.parameters[at]);
                 let rest = moment / wn.powi(2);
                 let mut row = vec![0.0; self.parameters.len()];
@@ -274,13 +271,11 @@ impl Fitted {
 
     /// Name, value and derivatives by the fitted numbers of each of the users' numbers of the effects.
     fn published(&self) -> impl Iterator<Item = (String, f64, Vec<f64>)> + '_ {
-        self.structure.effects.iter().zip(&self.starts).flat_map(move |(effect, &at)| {
-            let varied = self.of_effect(effect, at);
-            let (values, rows) = effect.published(varied);
+        self.structure.places().flat_map(move |(effect, at)| {
+            let (values, rows) = effect.published(self.of_effect(effect, at));
             let names = effect.parameters().iter().map(move |p| format!("{effect}.{}", p.name));
-            let all = self.parameters.len();
             let row = move |own: Vec<f64>| {
-                let mut row = vec![0.0; all];
+                let mut row = vec![0.0; self.parameters.len()];
                 row[at..at + own.len()].copy_from_slice(&own);
                 row
             };
@@ -288,22 +283,20 @@ impl Fitted {
         })
     }
     fn of_effect(&self, effect: &Effect, at: usize) -> &[f64] {
-        let n = effect.parameters().len();
-        &self.parameters[at..at + n]
+        &self.parameters[at..at + effect.parameters().len()]
     }
     /// The numbers of `effect` as the fit varies them ([`Effect::varied`]); `None` where it is not in the
     /// model.
     pub fn varied(&self, effect: &Effect) -> Option<&[f64]> {
-        let k = self.structure.effects.iter().position(|e| e == effect)?;
-        Some(self.of_effect(effect, self.starts[k]))
+        Some(self.of_effect(effect, self.structure.place(effect)?))
     }
     /// The numbers as `structure` orders them, zero for an effect that is not in the model, each with its
     /// variance where it is known.
     pub(crate) fn in_order_of(&self, structure: &Structure) -> (Vec<f64>, Vec<Option<f64>>) {
         let mut from: Vec<Option<usize>> = (0..structure.own_numbers()).map(Some).collect();
         for effect in &structure.effects {
-            let k = self.structure.effects.iter().position(|e| e == effect);
-            from.extend((0..effect.parameters().len()).map(|i| k.map(|k| self.starts[k] + i)));
+            let at = self.structure.place(effect);
+            from.extend((0..effect.parameters().len()).map(|i| at.map(|at| at + i)));
         }
         let value = |at: &Option<usize>| at.map_or(0.0, |at| self.parameters[at]);
         let variance = |at: &Option<usize>| Some(self.covariance.as_ref()?[((*at)?, (*at)?)]);
@@ -336,12 +329,11 @@ impl Fitted {
     }
     /// Where the numbers of `effect`, which is in the model, begin.
     pub(crate) fn start_of(&self, effect: &Effect) -> usize {
-        let k = self.structure.effects.iter().position(|e| e == effect);
-        self.starts[k.expect("an effect of the model")]
+        self.structure.place(effect).expect("an effect of the model")
     }
     /// The model's motion, from its fitted state at the first instant.
     pub fn motion(&self) -> Motion {
-        motion(&self.structure, &self.starts, &self.parameters, self.around).0
+        self.structure.motion(&self.parameters, self.around).0
     }
 
     /// The states of what remembers, in the order of the effects, at the first instant of a grid that starts
@@ -352,10 +344,7 @@ impl Fitted {
     }
     /// Readings of the model on `grid`, which begins where the free decay does.
     pub fn readings(&self, grid: &Grid) -> Vec<f64> {
-        let (motion, zero) = motion(&self.structure, &self.starts, &self.parameters, self.around);
-        let mut y = vec![0.0; grid.count];
-        motion.readings(grid, &mut y);
-        y.iter_mut().for_each(|y| *y += zero);
-        y
+        let (motion, zero) = self.structure.motion(&self.parameters, self.around);
+        motion.readings(grid).into_iter().map(|y| y + zero).collect()
     }
 }

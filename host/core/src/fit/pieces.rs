@@ -1,14 +1,13 @@
 //! Pieces of free decays, each with an initial condition of its own, and where a release's own numbers are.
 
+use crate::at_once::AtOnce;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::problem::DIFFERENCE;
-use crate::fit::structure::{motion, Structure};
+use crate::fit::structure::Structure;
 use crate::motion::simulate::readings_of_all;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use std::ops::{Deref, Range};
 
-/// Share of a cycle from which a piece's first state is estimated.
-const BEGINNING: f64 = 0.15;
 /// Gain of a step, as a share of the sum of squares, below which a state is found.
 const STATE_SETTLED: f64 = 1e-6;
 
@@ -47,7 +46,7 @@ impl Own {
     }
 
     /// Numbers in the order of [`crate::fit::fitting::Fitted`].
-    pub(super) fn numbers(
+    pub(crate) fn numbers(
         &self,
         structure: &Structure,
         common: &[f64],
@@ -80,16 +79,6 @@ impl Piece {
     /// All of a release that is fitted alone.
     pub(crate) fn whole(decay: &FreeDecay) -> Self {
         Self { decay: decay.clone(), own: Own::ALONE }
-    }
-
-    /// Numbers in the order of [`crate::fit::fitting::Fitted`].
-    pub(crate) fn numbers(
-        &self,
-        structure: &Structure,
-        common: &[f64],
-        state: [f64; 2],
-    ) -> Vec<f64> {
-        self.own.numbers(structure, common, state)
     }
 
     /// Its state at the first instant as its first means show it under a model.
@@ -146,6 +135,13 @@ impl Pieces {
         self.decays.len()
     }
 
+    /// The state of each that fits best under given common numbers.
+    pub(crate) fn states(&self, structure: &Structure, common: &[f64]) -> Vec<[f64; 2]> {
+        let state =
+            |piece: &Piece| fit_state(piece, structure, common, piece.begun(structure, common)).0;
+        self.decays.iter().map_at_once(state).collect()
+    }
+
     /// Means of all pieces.
     pub(crate) fn means(&self) -> usize {
         self.decays.iter().map(|piece| piece.yaw_rad.len()).sum()
@@ -155,7 +151,8 @@ impl Pieces {
 /// Angle and rate at the beginning of a piece from a cubic through its first means, `zero` taken off, as a
 /// plain oscillation has them.
 fn first_state(piece: &FreeDecay, zero: f64, [wn, zeta]: [f64; 2]) -> [f64; 2] {
-    let n = ((BEGINNING * piece.per_cycle()) as usize).clamp(4, 60).min(piece.yaw_rad.len());
+    // From a sixth of a cycle.
+    let n = ((0.15 * piece.per_cycle()) as usize).clamp(4, 60).min(piece.yaw_rad.len());
     let h = 1.0 / n as f64;
     let a = DMatrix::from_fn(n, 4.min(n), |k, j| (k as f64 * h).powi(j as i32));
     let y = DVector::from_fn(n, |k, _| piece.yaw_rad[k] - zero);
@@ -171,20 +168,18 @@ pub(crate) fn fit_state(
     common: &[f64],
     start: [f64; 2],
 ) -> ([f64; 2], f64) {
-    let starts = structure.starts();
     let wn_rad_s = common[piece.own.modal];
     let steps = [DIFFERENCE * piece.amplitude_rad, DIFFERENCE * piece.amplitude_rad * wn_rad_s];
-    let mut readings = vec![vec![0.0; piece.grid.count]; 3];
-    let mut at = |x: [f64; 2]| {
+    let at = |x: [f64; 2]| {
         let moved = [x, [x[0] + steps[0], x[1]], [x[0], x[1] + steps[1]]];
         let mut zero = 0.0;
         let motions = moved.map(|x| {
-            let (m, z) =
-                motion(structure, &starts, &piece.numbers(structure, common, x), piece.around());
+            let (motion, z) =
+                structure.motion(&piece.own.numbers(structure, common, x), piece.around());
             zero = z;
-            m
+            motion
         });
-        readings_of_all(&motions, &piece.grid, &mut readings);
+        let readings = readings_of_all(&motions, &piece.grid);
         let (mut h, mut g, mut s) = (Matrix2::zeros(), Vector2::zeros(), 0.0);
         for (k, y) in piece.yaw_rad.iter().enumerate() {
             let e = readings[0][k] + zero - y;

@@ -7,8 +7,8 @@
 //! and to the whole record.
 
 use crate::at_once::AtOnce;
-use crate::effects::LANES;
-use crate::fit::pieces::{fit_state, Own, Piece, Pieces};
+use crate::effects::{Effect, LANES};
+use crate::fit::pieces::{Own, Piece, Pieces};
 use crate::fit::problem::{problem_of_one, JointProblem, Release};
 use crate::fit::structure::Structure;
 use crate::solver::{step_within, Normal, Rows};
@@ -21,8 +21,6 @@ pub(crate) const ROUGH: f64 = 1e-3;
 pub(crate) const SETTLED: f64 = 1e-4;
 /// The same of one to the whole, or of a law.
 pub(crate) const FINE: f64 = 1e-5;
-/// Share of a matrix' diagonal that keeps it definite.
-const KEEPS_DEFINITE: f64 = 1e-12;
 /// Steps of a fit to longer pieces; it is continued at the next level.
 pub(crate) const STEPS: usize = 40;
 /// Steps of a fit from one of several starts, the best of which is gone on with.
@@ -52,9 +50,9 @@ impl PieceFit {
         self.own[piece].numbers(&self.structure, &self.common, self.states[piece])
     }
 
-    /// Where in `common` the numbers of the structure's `k`th effect begin.
-    pub(crate) fn start_of(&self, k: usize) -> usize {
-        self.structure.starts()[k] - 2 + self.more()
+    /// Where in `common` the numbers of `effect`, which is in the structure, begin.
+    pub(crate) fn start_of(&self, effect: &Effect) -> usize {
+        self.structure.place(effect).expect("an effect of the model") - 2 + self.more()
     }
 
     /// How many numbers belong to releases beyond the first.
@@ -86,7 +84,7 @@ impl<'a> Fit<'a> {
         let mut bounds = vec![(f64::NEG_INFINITY, f64::INFINITY); common.len()];
         let mut is_free = vec![false; common.len()];
         let problem = |piece: &&'a Piece| {
-            let start = piece.numbers(structure, common, [0.0, 0.0]);
+            let start = piece.own.numbers(structure, common, [0.0, 0.0]);
             let problem = problem_of_one(Release::whole(piece), structure, &start);
             let part = &problem.parts[0];
             for (j, bound) in part.bounds.iter().enumerate() {
@@ -115,23 +113,16 @@ impl<'a> Fit<'a> {
             .zip(states)
             .map_at_once(|((problem, piece), state)| {
                 let part = &problem.parts[0];
-                let numbers = piece.numbers(&part.structure, common, *state);
+                let numbers = piece.own.numbers(&part.structure, common, *state);
                 let (residuals, columns) = part.linearised(&numbers);
                 // State last.
-                let order = |j: usize| match piece.own.place(j, &part.structure) {
+                let place = |&j: &usize| match piece.own.place(j, &part.structure) {
                     None => self.free.len() + j - 2,
                     place => self.free.iter().position(|&i| Some(i) == place).unwrap_or(0),
                 };
-                let mut which: Vec<(usize, &[f64])> = part
-                    .free
-                    .iter()
-                    .zip(&columns)
-                    .map(|(&j, c)| (order(j), c.as_slice()))
-                    .collect();
-                which.sort_by_key(|w| w.0);
+                let places: Vec<usize> = part.free.iter().map(place).collect();
+                let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
                 let mut normal = Normal::new(self.free.len() + 2);
-                let places: Vec<usize> = which.iter().map(|w| w.0).collect();
-                let columns: Vec<&[f64]> = which.iter().map(|w| w.1).collect();
                 normal.part(&residuals, &places, &columns);
                 Sums {
                     matrix: normal.matrix(),
@@ -158,7 +149,7 @@ impl<'a> Fit<'a> {
         let each = self.problems.iter().zip(self.pieces).zip(states);
         let squares = each.map_at_once(|((problem, piece), state)| {
             let part = &problem.parts[0];
-            let numbers = piece.numbers(&part.structure, common, *state);
+            let numbers = piece.own.numbers(&part.structure, common, *state);
             let (residuals, _) = part.linearised_by(&numbers, &[]);
             let sum = |residuals: &[f64]| residuals.iter().map(|r| r * r).sum::<f64>();
             [sum(&residuals), sum(&residuals[..part.release.count])]
@@ -194,7 +185,8 @@ impl<'a> Fit<'a> {
         let (mut damped, g) = self.reduced(here, damping);
         for k in 0..n {
             let own = damped[(k, k)];
-            damped[(k, k)] += damping * own.max(1e-30) + KEEPS_DEFINITE * own;
+            // A little of it keeps the matrix definite.
+            damped[(k, k)] += damping * own.max(1e-30) + 1e-12 * own;
         }
         let moved = step_within(&damped, &g, &|k| {
             let (low, high) = self.bounds[self.free[k]];
@@ -377,9 +369,6 @@ fn begun(
     settled: f64,
     steps: usize,
 ) -> PieceFit {
-    let state =
-        |piece: &Piece| fit_state(piece, structure, common, piece.begun(structure, common)).0;
-    let states: Vec<[f64; 2]> = pieces.decays.iter().map_at_once(state).collect();
     let all: Vec<&Piece> = pieces.decays.iter().collect();
-    fit_pieces(&all, structure, common, &states, settled, steps)
+    fit_pieces(&all, structure, common, &pieces.states(structure, common), settled, steps)
 }

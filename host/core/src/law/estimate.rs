@@ -16,7 +16,6 @@ use crate::fit::fitting::{refitted, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::pieces::{Piece, Pieces};
 use crate::fit::segments::{fit_from, fit_pieces, PieceFit, FINE, ROUGH};
-use crate::fit::structure::motion;
 use crate::motion::oscillator::Motion;
 use crate::quantity::Quantity;
 use nalgebra::DMatrix;
@@ -54,8 +53,7 @@ pub struct Curve {
 
 impl Curve {
     fn of(decay: &FreeDecay, fit: &PieceFit, law: &MeasuredLaw) -> Self {
-        let (starts, around) = (fit.structure.starts(), decay.around());
-        let (motion, rest_rad) = motion(&fit.structure, &starts, &fit.numbers(0), around);
+        let (motion, rest_rad) = fit.structure.motion(&fit.numbers(0), decay.around());
         Self { motion, rest_rad, yaw_rad: law.yaw_rad, rate_rad_s: law.rate_rad_s }
     }
 }

@@ -177,7 +177,7 @@ struct NameFit {
 impl NameFit {
     /// The effect's numbers.
     fn numbers(&self) -> &[f64] {
-        &self.fit.common[self.fit.start_of(self.fit.structure.effects.len() - 1)..]
+        &self.fit.common[self.fit.start_of(&self.effect)..]
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::line::{line, NO_BETTER};
 use super::releases::Releases;
-use super::roughness::{states, Nearby};
+use super::roughness::Nearby;
 use super::tables::Tables;
 use crate::diagnosis::over_pieces::Lengths;
 use crate::diagnosis::prediction::{predict_within, Prediction};
@@ -162,9 +162,7 @@ impl<'a> Trials<'a> {
     /// How well a fit predicts, and the law near it that predicts best.
     fn judged(&self, law: &MeasuredLaw, fit: &PieceFit) -> Option<(Trial, MeasuredLaw)> {
         let lengths = self.lengths;
-        let found = states(&lengths.predicted, &fit.structure, &fit.common);
-        let begins: Vec<[f64; 2]> = found.iter().map(|f| f.0).collect();
-        let nearby = Nearby::new(&lengths.predicted, &begins, fit, law, self.begin)?;
+        let nearby = Nearby::new(&lengths.predicted, fit, law, self.begin)?;
         let covariance = nearby.covariance()?;
         let prediction = predict_within(&lengths.predicted, fit);
         let trial = Trial { law: law.clone(), fit: fit.clone(), covariance, prediction };

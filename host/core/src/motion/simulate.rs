@@ -22,7 +22,7 @@ const STEPS_PER_CYCLE: f64 = 48.0;
 const MOST_CORNERS: usize = 16;
 
 impl Motion {
-    /// The reading at every instant of `grid`, rad, into `out` (as long as the grid).
+    /// The reading at every instant of `grid`, rad.
     ///
     /// ```
     /// use yawrig_core::effects::{Effect, Terms};
@@ -39,29 +39,21 @@ impl Motion {
     /// };
     /// let step_s = std::f64::consts::PI / wn / 50.0;
     /// let grid = Grid { start_s: 0.0, step_s, count: 51, mean_width_s: 0.0 };
-    /// let mut yaw_rad = vec![0.0; grid.count];
-    /// motion.readings(&grid, &mut yaw_rad);
+    /// let yaw_rad = motion.readings(&grid);
     /// assert!((yaw_rad[50] + 0.2 - 2.0 * c / (wn * wn)).abs() < 1e-9);
     /// ```
-    pub fn readings(&self, grid: &Grid, out: &mut [f64]) {
-        self.run(grid, Pace::Own, out, |_, _| {});
+    pub fn readings(&self, grid: &Grid) -> Vec<f64> {
+        self.run(grid, Pace::Own, |_| {})
     }
 
     /// Reading, and yaw rate beside it.
     pub fn readings_and_rates(&self, grid: &Grid) -> (Vec<f64>, Vec<f64>) {
-        let (mut y, mut r) = (vec![0.0; grid.count], vec![0.0; grid.count]);
-        self.run(grid, Pace::Own, &mut y, |k, rate| r[k] = rate);
-        (y, r)
+        let mut rates = Vec::with_capacity(grid.count);
+        (self.run(grid, Pace::Own, |rate| rates.push(rate)), rates)
     }
 
-    /// The readings into `out`; `store` is given each rate.
-    pub(super) fn run(
-        &self,
-        grid: &Grid,
-        mut pace: Pace,
-        out: &mut [f64],
-        store: impl FnMut(usize, f64),
-    ) {
+    /// The readings; `store` is given each rate.
+    pub(super) fn run(&self, grid: &Grid, mut pace: Pace, store: impl FnMut(f64)) -> Vec<f64> {
         let wn = self.natural_frequency_rad_s;
         let terms = &self.terms;
         let substeps = match &pace {
@@ -82,44 +74,46 @@ impl Motion {
                 steps.substeps = substeps;
             }
             let mut walker = own_motion::Walker::new(self, h, steps, grid.start_s, pace);
-            return self.follow(grid, substeps, &mut walker, out, store);
+            return self.follow(grid, substeps, &mut walker, store);
         }
         let mut walker = Walker::new(self, 0.5 * h, grid.start_s, own);
-        self.follow(grid, substeps, &mut walker, out, store);
+        self.follow(grid, substeps, &mut walker, store)
     }
 
-    /// Reading and rate at every instant of `grid`; `walk` takes b, r and t one of `substeps` on.
+    /// Reading and rate at every instant of `grid`; `walk` takes b, r and t one of `substeps` on. What has run
+    /// away is no number.
     fn follow(
         &self,
         grid: &Grid,
         substeps: f64,
         walk: &mut impl Walk,
-        out: &mut [f64],
-        mut store: impl FnMut(usize, f64),
-    ) {
+        mut store: impl FnMut(f64),
+    ) -> Vec<f64> {
         let h = grid.step_s / substeps;
+        let mut out = Vec::with_capacity(grid.count);
         let runaway_rad = self.runaway_rad();
         let (mut b, mut r) = (self.yaw_rad, self.rate_rad_s);
         let mut last = r;
         for k in 0..grid.count {
             let t = grid.time_s(k);
             last = r;
-            out[k] = match self.terms.observed {
+            out.push(match self.terms.observed {
                 Derivative::None => b,
                 Derivative::Rate => r,
                 Derivative::Acceleration => walk.acceleration(b, r, t),
-            };
-            store(k, r);
+            });
+            store(r);
             for i in 0..substeps as usize {
                 (b, r) = walk.advance(b, r, t + i as f64 * h);
             }
             if !b.is_finite() || b.abs() > runaway_rad {
-                out[k + 1..].fill(f64::NAN);
-                (k + 1..grid.count).for_each(|later| store(later, f64::NAN));
+                out.resize(grid.count, f64::NAN);
+                (k + 1..grid.count).for_each(|_| store(f64::NAN));
                 break;
             }
         }
-        self.read(grid, out, [self.rate_rad_s, last]);
+        self.read(grid, &mut out, [self.rate_rad_s, last]);
+        out
     }
 
     /// What the sensor sees at every instant of `grid`, the rates at its ends being given, as it is read:

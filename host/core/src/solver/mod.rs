@@ -30,7 +30,7 @@ pub(crate) trait Rows {
         let every: Vec<usize> = (0..columns.len()).collect();
         self.part(residuals, &every, columns);
     }
-    /// As [`Rows::block`] where only the parameters `which`, ascending, touch these residuals: `columns[i]`
+    /// As [`Rows::block`] where only the parameters `which` touch these residuals: `columns[i]`
     /// is of parameter `which[i]`, and what is not named is zero.
     fn part(&mut self, residuals: &[f64], which: &[usize], columns: &[&[f64]]);
 }
