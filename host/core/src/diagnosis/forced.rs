@@ -144,8 +144,8 @@ fn solve(decay: &FreeDecay, structure: &Structure, start: &[f64], known: &Known)
 /// What `fit` leaves is the random motion's, and noise.
 fn finished(decay: &FreeDecay, structure: &Structure, fit: Fit, known: &Known) -> Fitted {
     let Whitened { inner, .. } = Whitened::of(decay, structure, &fit.parameters, known);
-    let (converged, covariance) = (fit.stop.is_minimum(), fit.covariance.ok());
-    let mut model = inner.parts[0].fitted(&fit.parameters, converged, covariance.as_ref());
+    let (converged, covariance) = (fit.stop.is_minimum(), fit.covariance.as_ref());
+    let mut model = inner.parts[0].fitted(&fit.parameters, converged, covariance);
     // The covariance is that of white innovations; the plain residuals' correlation does not bear on it.
     (model.correlation, model.inflation, model.modal_inflation) = (0.0, 1.0, 1.0);
     model

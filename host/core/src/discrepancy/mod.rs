@@ -32,13 +32,6 @@ pub(crate) use self::swing::Swing;
 use crate::statistics::independent_share;
 use nalgebra::{DMatrix, DVector};
 
-/// Gain of evidence (in ln) above which a discrepancy is believed where the residual may be noise: half of
-/// the difference of BIC that effects need. Where it is more than the noise something is missing, and the
-/// likeliest is taken.
-const LAW_BELIEVED: f64 = 0.5 * crate::bic::MARGIN;
-/// Share of residuals that count while their correlation is not known yet.
-const AT_FIRST: f64 = 0.2;
-
 /// What is not in the model, as far as the residual shows how large it is.
 #[derive(Clone, Debug)]
 pub(crate) struct Discrepancy {
@@ -84,8 +77,11 @@ impl Discrepancy {
 /// where it lacks nothing that shows: too few residuals as well, or numbers that they do not determine.
 pub(crate) fn of(releases: &[Observed], numbers: usize, may_be_noise: bool) -> Option<Discrepancy> {
     let sums = Sums::new(releases, numbers)?;
-    let needed = if may_be_noise { LAW_BELIEVED } else { 0.0 };
-    let first = sums.likeliest(AT_FIRST, needed)?;
+    // Where the residual may be noise evidence (in ln) of half of the difference of BIC that effects need; where it
+    // is more than the noise something is missing, and the likeliest is taken.
+    let needed = if may_be_noise { 0.5 * crate::bic::MARGIN } else { 0.0 };
+    // While the correlation of the residuals is not known yet a fifth of them count.
+    let first = sums.likeliest(0.2, needed)?;
     let share = independent_share(correlation(&sums.left(releases, &first)));
     let law = sums.likeliest(share, needed)?;
     let none = sums.evidence(DVector::zeros(SHAPES), share)?.1;

@@ -14,10 +14,6 @@ use crate::record::Derivative;
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 
-/// Instants of a cycle, and natural periods within which one has to end.
-const INSTANTS: f64 = 400.0;
-const PERIODS: f64 = 4.0;
-
 /// wn and zeta of `model` at amplitudes from the largest to the smallest that it was fitted to in `decay`,
 /// geometric. Periodic forcing is left out, what drifts is taken as it is when the decay passes the
 /// amplitude; uncertainties hold what the model lacks where [`crate::fit::joint::JointFit::with_discrepancy`]
@@ -172,13 +168,13 @@ fn of_cycle(
 }
 
 /// wn and zeta of the cycle that begins at `start_s` at rest, `amplitude_rad` from the rest angle. `None`
-/// where none ends.
+/// where none ends within four natural periods.
 fn cycle(motion: &Motion, amplitude_rad: f64, start_s: f64) -> Option<[f64; 2]> {
     let free = Motion { terms: motion.terms.free(), ..motion.clone() };
     let rest = free.rest_rad();
     let begun = Motion { yaw_rad: rest + amplitude_rad, rate_rad_s: 0.0, ..free };
-    let step_s = TAU / begun.natural_frequency_rad_s / INSTANTS;
-    let count = (PERIODS * INSTANTS) as usize;
+    let step_s = TAU / begun.natural_frequency_rad_s / 400.0;
+    let count = 4 * 400;
     let grid = Grid { start_s, step_s, count, mean_width_s: 0.0 };
     let (yaw, rate) = begun.readings_and_rates(&grid);
     // Through zero rate on the far side, then on this one.

@@ -54,7 +54,7 @@ fn nearer(first: Fit, second: Fit) -> Fit {
 pub(crate) fn finished(decay: &FreeDecay, structure: &Structure, fit: Fit, count: usize) -> Fitted {
     let problem = problem_of_one(Release { decay, count }, structure, &fit.parameters);
     let converged = fit.stop.is_minimum();
-    problem.parts[0].fitted(&fit.parameters, converged, fit.covariance.ok().as_ref())
+    problem.parts[0].fitted(&fit.parameters, converged, fit.covariance.as_ref())
 }
 
 /// `structure` fitted to the first `count` means from numbers near its own.

@@ -242,7 +242,7 @@ fn widening(releases: &[Release], sharing: &Sharing, fits: &[Fitted], common: f6
 
 /// The covariance with a variance for numbers that ended on a bound without being fixed.
 fn with_pressed(fit: &Fit, bounds: &[(f64, f64)]) -> Option<DMatrix<f64>> {
-    let covariance = fit.covariance.as_ref().ok()?;
+    let covariance = fit.covariance.as_ref()?;
     let is_pressed = |j: usize| fit.at_bound[j] && bounds[j].0 < bounds[j].1;
     Some(off_bounds(covariance, &fit.normal_matrix, fit.variance(), is_pressed))
 }

@@ -76,10 +76,6 @@ impl<'a> Nearby<'a> {
         })
     }
 
-    fn here(&self) -> DVector<f64> {
-        DVector::from_iterator(self.free.len(), self.free.iter().map(|&j| self.common[j]))
-    }
-
     /// Matrix and step of the pieces but `left_out`.
     fn solved(
         &self,
@@ -94,7 +90,7 @@ impl<'a> Nearby<'a> {
             g += &piece.gradient;
             stiff += self.stiff[i];
         }
-        let here = self.here();
+        let here = DVector::from_iterator(n, self.free.iter().map(|&j| self.common[j]));
         g += penalty * &here * stiff;
         a += penalty * stiff;
         let mut damped = a.clone();

@@ -14,14 +14,6 @@ use nalgebra::DMatrix;
 use std::cmp::Ordering;
 use std::sync::Arc;
 
-/// Times the roughness is chosen and the law fitted with it.
-const ROUGHNESS_ROUNDS: usize = 2;
-/// Times knots are moved to where the best law bends.
-const BENDS: usize = 4;
-/// Share of the weight that predicts best with which a law is fitted in the end, where it predicts as well:
-/// its band knows of noise, not of what a curve that is as smooth as predicts best has lost.
-const ROUGHER: f64 = 0.1;
-
 /// A law fitted with one choice of its curves and their roughness.
 #[derive(Clone)]
 pub(super) struct Trial {
@@ -40,14 +32,6 @@ impl Trial {
             Ordering::Greater => ratio < 1.0 - NO_BETTER,
         }
     }
-}
-
-/// What changes from one trial to the next.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum Change {
-    Roughness,
-    /// Of the roughness, too: the knots go to where the law bends.
-    Knots,
 }
 
 pub(super) struct Trials<'a> {
@@ -75,8 +59,8 @@ impl<'a> Trials<'a> {
         self.structure.with(&Effect::Measured(Arc::new(law.clone())))
     }
 
-    /// Rounds in which the law's roughness, and with [`Change::Knots`] its knots, are chosen anew; the best
-    /// is kept.
+    /// Rounds in which the law's roughness is chosen anew and, if `knots_move`, its knots go to where it
+    /// bends; the best is kept.
     ///
     /// # Errors
     /// Interrupted.
@@ -84,9 +68,9 @@ impl<'a> Trials<'a> {
         &mut self,
         mut law: MeasuredLaw,
         mut fit: PieceFit,
-        change: Change,
+        knots_move: bool,
     ) -> Result<()> {
-        let rounds = if change == Change::Knots { BENDS } else { ROUGHNESS_ROUNDS };
+        let rounds = if knots_move { 4 } else { 2 };
         for round in 0..=rounds {
             let Some((trial, mut next)) = self.judged(&law, &fit) else { break };
             self.releases.first().stop.check()?;
@@ -96,7 +80,7 @@ impl<'a> Trials<'a> {
             if round == rounds {
                 break;
             }
-            if change == Change::Knots {
+            if knots_move {
                 next = next.placed(law.refined(&fit.common[self.begin..]).knots);
             }
             let mut common = fit.common[..self.begin].to_vec();
@@ -107,13 +91,14 @@ impl<'a> Trials<'a> {
         Ok(())
     }
 
-    /// The best with less of its weight, if it predicts as well.
+    /// The best with a tenth of its weight, if it predicts as well: its band knows of noise, not of what a curve
+    /// that is as smooth as predicts best has lost.
     ///
     /// # Errors
     /// No law was judged, or interrupted.
     pub(super) fn with_more_roughness(&mut self) -> Result<()> {
         let Trial { law, fit, .. } = self.best.as_ref().ok_or(Error::NoLaw)?;
-        let parts = law.parts.iter().map(|(part, weight)| (*part, ROUGHER * weight)).collect();
+        let parts = law.parts.iter().map(|(part, weight)| (*part, 0.1 * weight)).collect();
         let rougher = law.with(parts, law.friction);
         let mut common = fit.common[..self.begin].to_vec();
         common.extend(law.translated(&fit.common[self.begin..], &rougher));
