@@ -5,6 +5,7 @@ use crate::at_once::AtOnce;
 use crate::effects::{Moments, States, LANES};
 use crate::motion::oscillator::{Grid, Motion, Walk};
 use crate::motion::pace::{Pace, Steps};
+use crate::motion::piece::Piece;
 use crate::motion::simulate::{substeps, Walker};
 use crate::record::Derivative;
 use std::array::from_fn;
@@ -82,7 +83,7 @@ impl<'a> Four<'a> {
 
     /// From the motion followed alone.
     fn take_direction(&mut self, l: usize) {
-        let Walker { friction, direction, turns, .. } = self.walkers[l];
+        let Walker { friction, piece: Piece { direction, .. }, turns, .. } = self.walkers[l];
         let constant = self.motions[l].terms.constant_moment_rad_s2;
         self.middle[l] = (constant - friction * direction) / self.stiffness[l];
         self.direction[l] = if turns { direction } else { f64::NAN };

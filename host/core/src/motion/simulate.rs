@@ -12,14 +12,10 @@ use crate::motion::oscillator::{damped_rad_s, root, Flow, Walk};
 pub use crate::motion::oscillator::{Grid, Motion};
 use crate::motion::own_motion;
 use crate::motion::pace::Pace;
+use crate::motion::piece::Piece;
 pub(crate) use crate::motion::side_by_side::readings_of_all;
 use crate::motion::smooth_own::SmoothOwn;
 use crate::record::Derivative;
-
-/// Steps a cycle at least.
-const STEPS_PER_CYCLE: f64 = 48.0;
-/// Corners within one step: more than these are chatter.
-const MOST_CORNERS: usize = 16;
 
 impl Motion {
     /// The reading at every instant of `grid`, rad.
@@ -63,10 +59,7 @@ impl Motion {
         let h = grid.step_s / substeps;
         let own = match terms.swift && !terms.precise && !terms.own().is_empty() {
             false => None,
-            true => {
-                let amplitude = self.yaw_rad.hypot(self.rate_rad_s / wn);
-                SmoothOwn::of(terms, wn, amplitude, h)
-            }
+            true => SmoothOwn::of(terms, wn, self.amplitude_rad(), h),
         };
         if own.is_none() && terms.adapts_steps() {
             let steps = (substeps as u64).saturating_mul(grid.count as u64);
@@ -143,9 +136,9 @@ impl Motion {
     }
 }
 
-/// Steps from one instant of `grid` to the next, of a motion with this natural frequency.
+/// Steps from one instant of `grid` to the next, of a motion with this natural frequency: 48 a cycle at least.
 pub(super) fn substeps(grid: &Grid, natural_frequency_rad_s: f64) -> f64 {
-    let steps = grid.step_s * natural_frequency_rad_s * STEPS_PER_CYCLE / std::f64::consts::TAU;
+    let steps = grid.step_s * natural_frequency_rad_s * 48.0 / std::f64::consts::TAU;
     steps.ceil().clamp(1.0, 1e4)
 }
 
@@ -168,10 +161,7 @@ pub(super) struct Walker<'a> {
     /// There is something that changes where the rate changes sign.
     pub(super) turns: bool,
     memories: Memories,
-    /// Sign of the rate; 0: stuck, or to be decided.
-    pub(super) direction: f64,
-    /// Side of the dead zone, 0 inside; always 1 without one.
-    side: f64,
+    pub(super) piece: Piece,
     /// Own effects, and dry friction with theirs, rad/s2.
     own: Option<SmoothOwn>,
     pub(super) friction: f64,
@@ -182,8 +172,9 @@ impl Walk for Walker<'_> {
     fn advance(&mut self, b: f64, r: f64, t: f64) -> (f64, f64) {
         let middle = t + self.half;
         let drive = self.drive.step();
-        if !(self.turns && self.direction == 0.0) {
-            let moment = self.motion.terms.constant_moment_rad_s2 - self.friction * self.direction;
+        if !(self.turns && self.piece.direction == 0.0) {
+            let moment =
+                self.motion.terms.constant_moment_rad_s2 - self.friction * self.piece.direction;
             let (half_b, half_r) = self.travel(b, r, moment, self.half);
             let kicked = self.kick(half_b, half_r, middle, drive);
             let (next_b, next_r) = self.travel(half_b, kicked, moment, self.half);
@@ -197,10 +188,10 @@ impl Walk for Walker<'_> {
     fn acceleration(&self, b: f64, r: f64, t: f64) -> f64 {
         let smooth = self.smooth(b, r, t, self.motion.terms.drive_at(t));
         let moment = self.spring_moment(b) + self.motion.terms.constant_moment_rad_s2 + smooth;
-        let direction = match self.turns && self.direction == 0.0 {
+        let direction = match self.turns && self.piece.direction == 0.0 {
             true if moment.abs() <= self.friction => return 0.0,
             true => moment.signum(),
-            false => self.direction,
+            false => self.piece.direction,
         };
         moment - 2.0 * self.decay * r - self.friction * direction
     }
@@ -208,10 +199,9 @@ impl Walk for Walker<'_> {
 
 impl<'a> Walker<'a> {
     pub(super) fn new(motion: &'a Motion, half: f64, start_s: f64, own: Option<SmoothOwn>) -> Self {
-        let play = motion.terms.dead_zone_rad;
         let friction =
             motion.terms.dry_friction_rad_s2 + own.as_ref().map_or(0.0, |own| own.friction_rad_s2);
-        let b = motion.yaw_rad;
+        let state = [motion.yaw_rad, motion.rate_rad_s];
         Self {
             motion,
             half,
@@ -220,8 +210,7 @@ impl<'a> Walker<'a> {
             decay: motion.damping_ratio * motion.natural_frequency_rad_s,
             turns: friction > 0.0 || motion.terms.turns(),
             memories: motion.memories(start_s),
-            direction: if motion.rate_rad_s == 0.0 { 0.0 } else { motion.rate_rad_s.signum() },
-            side: if play > 0.0 && b.abs() < play { 0.0 } else { b.signum() },
+            piece: Piece::at(state, motion.terms.dead_zone_rad),
             own,
             friction,
             drive: motion.terms.drive(start_s + half, 2.0 * half),
@@ -256,19 +245,11 @@ impl<'a> Walker<'a> {
 
     /// Whether the rate `r` is against the direction.
     fn turned(&self, r: f64) -> bool {
-        self.turns && r * self.direction < 0.0
+        self.turns && r * self.piece.direction < 0.0
     }
 
-    /// The edge of the dead zone that lies between this side and `b`.
     fn edge(&self, b: f64) -> Option<f64> {
-        let g = self.motion.terms.dead_zone_rad;
-        if g == 0.0 {
-            return None;
-        }
-        match self.side == 0.0 {
-            true => (b.abs() > g).then(|| g.copysign(b)),
-            false => (b * self.side < g).then_some(g * self.side),
-        }
+        self.piece.edge(b, self.motion.terms.dead_zone_rad)
     }
 
     /// A step with corners in it, `t` half-way. From one to the next what is smooth counts as it is between them:
@@ -283,15 +264,16 @@ impl<'a> Walker<'a> {
     ) -> (f64, f64) {
         let constant = self.motion.terms.constant_moment_rad_s2;
         let mut left = 2.0 * self.half;
-        for _ in 0..MOST_CORNERS {
-            if self.turns && self.direction == 0.0 {
+        // More corners within one step are chatter.
+        for _ in 0..16 {
+            if self.turns && self.piece.direction == 0.0 {
                 let moment = self.spring_moment(b) + constant + self.smooth(b, 0.0, t, drive);
                 if moment.abs() <= self.friction {
                     return (b, 0.0);
                 }
-                self.direction = moment.signum();
+                self.piece.direction = moment.signum();
             }
-            let plain = constant - self.friction * self.direction;
+            let plain = constant - self.friction * self.piece.direction;
             let here = plain + self.smooth(b, r, t, drive);
             let until = self.corner(b, r, here, left).map_or(left, |corner| corner.0);
             let (middle_b, middle_r) = self.travel(b, r, here, 0.5 * until);
@@ -304,11 +286,11 @@ impl<'a> Walker<'a> {
             match edge {
                 Some(edge) => {
                     b = edge;
-                    self.side = if self.side == 0.0 { b.signum() } else { 0.0 };
+                    self.piece.pass(b);
                 }
                 None => {
                     r = 0.0;
-                    self.direction = 0.0;
+                    self.piece.direction = 0.0;
                     self.memories.turn(b);
                 }
             }
@@ -333,20 +315,20 @@ impl<'a> Walker<'a> {
 
     /// When, at most `left` from now, the rate is zero under the constant `moment`.
     fn turning(&self, b: f64, r: f64, moment: f64, left: f64) -> f64 {
-        let g = self.motion.terms.dead_zone_rad;
-        if r * self.direction <= 0.0 || g > 0.0 && self.side == 0.0 {
-            return root(left, |tau| self.travel(b, r, moment, tau).1 * self.direction);
+        let (g, Piece { direction, side, .. }) = (self.motion.terms.dead_zone_rad, self.piece);
+        if r * direction <= 0.0 || g > 0.0 && side == 0.0 {
+            return root(left, |tau| self.travel(b, r, moment, tau).1 * direction);
         }
         let damped = damped_rad_s(self.motion.natural_frequency_rad_s, self.decay);
-        let deflection = if g > 0.0 { b - g * self.side } else { b };
+        let deflection = b - self.piece.slack(g);
         let opposing = self.stiffness * deflection - moment + self.decay * r;
-        ((damped * r * self.direction).atan2(opposing * self.direction) / damped).min(left)
+        ((damped * r * direction).atan2(opposing * direction) / damped).min(left)
     }
 
     /// b and r after `tau` under the constant `moment` and the spring of this side.
     fn travel(&self, b: f64, r: f64, moment: f64, tau: f64) -> (f64, f64) {
         let g = self.motion.terms.dead_zone_rad;
-        if g > 0.0 && self.side == 0.0 {
+        if g > 0.0 && self.piece.side == 0.0 {
             let rate = 2.0 * self.decay;
             let x = rate * tau;
             let (run, fall) = if x.abs() < 1e-4 {
@@ -358,7 +340,7 @@ impl<'a> Walker<'a> {
             return (b + r * run + moment * fall, r * (-x).exp() + moment * run);
         }
         let Flow([p, q, u, v]) = if tau == self.half { self.flow } else { self.motion.flow(tau) };
-        let middle = if g > 0.0 { g * self.side } else { 0.0 } + moment / self.stiffness;
+        let middle = self.piece.slack(g) + moment / self.stiffness;
         let x = b - middle;
         (middle + p * x + q * r, u * x + v * r)
     }

@@ -8,10 +8,6 @@ use crate::effects::Terms;
 use std::cell::RefCell;
 use yawrig_expression::Prepared;
 
-/// Change of the moment within a step, of its largest size, up to which a kick follows it.
-const STEEPEST: f64 = 0.8;
-/// What differs by less, of the largest size, is the same.
-const SAME: f64 = 1e-9;
 /// Angles and rates, of the amplitude, at which a moment is looked at.
 const LOOKED_AT: [f64; 9] = [-1.0, -0.7, -0.4, -0.1, 0.02, 0.1, 0.4, 0.7, 1.0];
 
@@ -44,7 +40,7 @@ impl SmoothOwn {
             (0.5 * (down - up), 0.5 * (up + down))
         };
         let (friction, _) = jump(LOOKED_AT[0]);
-        let same = |x: f64, y: f64| (x - y).abs() <= SAME * largest;
+        let same = |x: f64, y: f64| (x - y).abs() <= 1e-9 * largest;
         if !largest.is_finite()
             || friction < 0.0
             || !LOOKED_AT.iter().all(|b| same(jump(*b).0, friction))
@@ -52,15 +48,14 @@ impl SmoothOwn {
             return None;
         }
         let within = step_s * wn;
+        // A kick follows a change within a step of up to so much.
+        let is_gentle = |change: f64| change.abs() <= 0.8 * largest;
         let gentle_in_rate = |b: f64| {
-            [1.0, -1.0].iter().all(|s| {
-                let rest = at(b, s * within) + s * friction - jump(b).1;
-                rest.abs() <= STEEPEST * largest
-            })
+            let rest = |s: f64| at(b, s * within) + s * friction - jump(b).1;
+            [1.0, -1.0].iter().all(|s| is_gentle(rest(*s)))
         };
-        let gentle_in_yaw = |r: f64| {
-            [1.0, -1.0].iter().all(|s| (at(s * within, r) - at(0.0, r)).abs() <= STEEPEST * largest)
-        };
+        let gentle_in_yaw =
+            |r: f64| [1.0, -1.0].iter().all(|s| is_gentle(at(s * within, r) - at(0.0, r)));
         let continuous = |r: f64| {
             let [up, down] = [1.0, -1.0].map(|s| own.sum(0.0, r * v, 0.0, sign(r), s));
             same(up, down)
