@@ -140,12 +140,8 @@ pub(crate) fn without(lengths: &Lengths, model: &Model, effect: &Effect) -> Mode
 /// The second-order response about a rest angle of its own, taking energy out where the record does, and the
 /// shared parameters from which its fit begins.
 pub(crate) fn plain_start(decay: &FreeDecay) -> (Structure, [f64; 3]) {
-    let windows = &decay.windows;
-    let mean = |f: &dyn Fn(&crate::identify::WindowEstimate) -> f64| {
-        windows.iter().map(f).sum::<f64>() / windows.len().max(1) as f64
-    };
     let middle = decay.yaw_rad.iter().sum::<f64>() / decay.yaw_rad.len() as f64;
-    let zeta = mean(&|w| w.damping_ratio);
+    let zeta = decay.mean_of_windows(|w| w.damping_ratio);
     let mut structure = Structure { zero_unknown: true, ..Structure::default() };
     if zeta > 0.0 {
         structure.limits.push(Limit { number: Number::DampingRatio, low: 0.0, high: 0.7 });
@@ -157,7 +153,7 @@ pub(crate) fn plain_start(decay: &FreeDecay) -> (Structure, [f64; 3]) {
         low: 0.0,
         high: f64::INFINITY,
     }));
-    (structure, [mean(&|w| w.natural_frequency_rad_s), zeta, middle])
+    (structure, [decay.mean_of_windows(|w| w.natural_frequency_rad_s), zeta, middle])
 }
 
 /// `structure`, all of whose effects are strengths of the state, fitted to the whole free decay over ever

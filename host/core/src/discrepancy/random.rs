@@ -108,8 +108,8 @@ pub(super) struct Tried {
     cost: f64,
 }
 
-/// No moment and each of those that are tried; none where the means do not determine the fit's `numbers`, or a
-/// moment does not show in what is read.
+/// No moment and each of those that are tried; none where the means do not determine the fit's `numbers`, or
+/// a moment does not show in what is read.
 pub(super) fn tried(releases: &[Observed], numbers: usize) -> Vec<Tried> {
     let means = |release: &Observed| Some(Means::of(release, release.swing.as_ref()?));
     let means: Option<Vec<Means>> = releases.iter().map(means).collect();

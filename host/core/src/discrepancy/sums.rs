@@ -2,6 +2,7 @@
 
 use super::shapes::{order, SHAPES, STIFFNESS_SHAPES};
 use super::swing::Swing;
+use crate::fit::fitting::enough;
 use crate::solver::{Normal, Rows};
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
@@ -27,7 +28,7 @@ impl Observed {
     /// Whether the residuals over the noise are no more than that.
     pub(crate) fn may_be_noise(&self) -> bool {
         let squares: f64 = self.residuals[..self.count].iter().map(|r| r * r).sum();
-        squares <= ABOVE_NOISE * ABOVE_NOISE * self.count as f64
+        squares <= enough(self.count)
     }
 }
 

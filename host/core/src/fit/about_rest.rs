@@ -1,5 +1,5 @@
-//! What acts beside a constant moment: about the sensor's zero, or about the angle of rest, as where the sensor
-//! was not zeroed. The numbers are as many; which it is, the record says.
+//! What acts beside a constant moment: about the sensor's zero, or about the angle of rest, as where the
+//! sensor was not zeroed. The numbers are as many; which it is, the record says.
 
 use crate::effects::Effect;
 use crate::fit::fitting::{fit_added, fit_near, fit_removed, Fitted, Structure};
@@ -15,8 +15,8 @@ pub(crate) fn removed(decay: &FreeDecay, model: &Fitted, effect: &Effect) -> Fit
     about_nearer(decay, fit_removed(decay, model, effect))
 }
 
-/// `model`, or with the same numbers and effects the one whose effects act about the angle of rest in place of
-/// the sensor's zero, or the other way round, where that is nearer.
+/// `model`, or with the same numbers and effects the one whose effects act about the angle of rest in place
+/// of the sensor's zero, or the other way round, where that is nearer.
 fn about_nearer(decay: &FreeDecay, model: Fitted) -> Fitted {
     let effects = &model.structure.effects;
     let alone = |e: &Effect| e.moves_rest() || e.line().is_some();

@@ -8,7 +8,7 @@ use crate::fit::problem::{problem_of_one, Release};
 use crate::fit::structure::{Structure, PLAIN};
 use crate::motion::oscillator::{Grid, Motion};
 use crate::quantity::Quantity;
-use crate::statistics::independent_share;
+use crate::statistics::{correlation, independent_share};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
@@ -44,11 +44,12 @@ fn between(covariance: &DMatrix<f64>, a: &[f64], b: &[f64]) -> f64 {
     pairs.map(|(i, j)| a[i] * b[j] * covariance[(i, j)]).sum()
 }
 
-/// Of a variance, which rounding may leave a little below zero; what is not known stays so.
-fn deviation(variance: f64) -> f64 {
-    match variance < 0.0 {
-        true => 0.0,
-        false => variance.sqrt(),
+/// A variance, which rounding may have left a little below zero; what is not known (no number) stays so.
+pub(super) fn not_below_zero(variance: f64) -> f64 {
+    if variance < 0.0 {
+        0.0
+    } else {
+        variance
     }
 }
 
@@ -92,16 +93,14 @@ impl Fitted {
         covariance: Option<DMatrix<f64>>,
         around: Around,
     ) -> Self {
-        let lag: f64 = residuals.windows(2).map(|w| w[0] * w[1]).sum();
-        let power: f64 = residuals.iter().map(|r| r * r).sum();
         let mut fitted = Self {
             structure,
             parameters,
-            sum_of_squares: power,
+            sum_of_squares: residuals.iter().map(|r| r * r).sum(),
             count: residuals.len(),
             converged,
             covariance,
-            correlation: if power > 0.0 { lag / power } else { 0.0 },
+            correlation: correlation(std::slice::from_ref(&residuals)),
             residuals,
             inflation: 1.0,
             modal_inflation: 1.0,
@@ -237,7 +236,7 @@ impl Fitted {
     /// `value` with the uncertainty that its derivatives by the fitted numbers, a `row`, give it.
     fn quantity(&self, value: f64, row: &[f64]) -> Quantity {
         let variance = self.covariance.as_ref().map_or(f64::NAN, |c| between(c, row, row));
-        Quantity::new(value, deviation(variance * self.inflation))
+        Quantity::new(value, not_below_zero(variance * self.inflation).sqrt())
     }
     /// `effect.name` and value with u of every number of the effects, in the units that
     /// [`Effect::parameters`] states.
@@ -302,8 +301,8 @@ impl Fitted {
         let variance = |at: &Option<usize>| Some(self.covariance.as_ref()?[((*at)?, (*at)?)]);
         (from.iter().map(value).collect(), from.iter().map(variance).collect())
     }
-    /// The numbers for a fit of `structure`; none where it has an effect more, but for a constant moment in place of
-    /// the sensor's zero.
+    /// The numbers for a fit of `structure`; none where it has an effect more, but for a constant moment in
+    /// place of the sensor's zero.
     pub(crate) fn numbers_for(&self, structure: &Structure) -> Option<Vec<f64>> {
         let mut p = self.parameters[..PLAIN].to_vec();
         let zero = |of: &Structure| {

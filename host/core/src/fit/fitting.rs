@@ -9,7 +9,6 @@ use crate::fit::free_decay::FreeDecay;
 use crate::fit::problem::{lengthened, problem_of_one, Release, EVALUATIONS};
 use crate::fit::segments::{FINE, FIRST_STEPS};
 pub use crate::fit::structure::{Limit, Number, Structure};
-use crate::identify::WindowEstimate;
 use crate::solver::Fit;
 
 /// Sum of squares over the noise of so many residuals that is no more than noise: no further start is tried.
@@ -43,6 +42,7 @@ fn solve_lengthened(decay: &FreeDecay, structure: &Structure, start: &[f64], cou
     })
 }
 
+/// The one with the smaller sum of squares.
 fn nearer(first: Fit, second: Fit) -> Fit {
     if second.sum_of_squares < first.sum_of_squares {
         second
@@ -51,6 +51,7 @@ fn nearer(first: Fit, second: Fit) -> Fit {
     }
 }
 
+/// The model that `fit` found.
 pub(crate) fn finished(decay: &FreeDecay, structure: &Structure, fit: Fit, count: usize) -> Fitted {
     let problem = problem_of_one(Release { decay, count }, structure, &fit.parameters);
     let converged = fit.stop.is_minimum();
@@ -88,10 +89,8 @@ pub fn fit_plain_within(decay: &FreeDecay, structure: &Structure, count: usize) 
     start.extend(structure.zero_unknown.then_some(middle));
     let fit = solve_lengthened(decay, &structure, &start, count);
     // The whole record's mean frequency, where the first cycles' leads to another count of cycles.
-    let mean = |of: fn(&WindowEstimate) -> f64| {
-        decay.windows.iter().map(of).sum::<f64>() / decay.windows.len().max(1) as f64
-    };
-    (start[0], start[1]) = (mean(|w| w.natural_frequency_rad_s), mean(|w| w.damping_ratio));
+    start[0] = decay.mean_of_windows(|w| w.natural_frequency_rad_s);
+    start[1] = decay.mean_of_windows(|w| w.damping_ratio);
     let other = solve(decay, &structure, &start, count);
     finished(decay, &structure, nearer(fit, other), count)
 }
@@ -183,6 +182,7 @@ fn from_any_with_own(
     let best = best.expect("a start for every effect");
     match best.stop.is_minimum() {
         true => best,
+        // On from the best with more evaluations than any other fit takes.
         false => solve_in(decay, structure, &best.parameters, count, 50),
     }
 }
@@ -216,7 +216,8 @@ pub(crate) fn refitted(decay: &FreeDecay, structure: &Structure, start: &[f64]) 
     finished(decay, structure, fit, count)
 }
 
-/// `model` once more by precise simulations, as [`JointFit::polished`](crate::fit::joint::JointFit::polished).
+/// `model` once more by precise simulations, as
+/// [`JointFit::polished`](crate::fit::joint::JointFit::polished).
 pub(crate) fn polished(mut model: Fitted, decay: &FreeDecay) -> Fitted {
     let Some(moved) = are_moved_by_steps(&[(&model, decay)]) else { return model };
     if !moved {
@@ -231,10 +232,10 @@ pub(crate) fn polished(mut model: Fitted, decay: &FreeDecay) -> Fitted {
     }
 }
 
-/// Whether the error of a quick simulation's steps may move a number that these `models` share by a share of its
-/// standard uncertainty that counts: all of that error, were it of the number's own shape, over what the models
-/// leave. `None` where one has not converged or a precise simulation of it runs away, of a user's own effect,
-/// which is followed precisely anyway, and once the user stops it.
+/// Whether the error of a quick simulation's steps may move a number that these `models` share by a share of
+/// its standard uncertainty that counts: all of that error, were it of the number's own shape, over what the
+/// models leave. `None` where one has not converged or a precise simulation of it runs away, of a user's own
+/// effect, which is followed precisely anyway, and once the user stops it.
 pub(crate) fn are_moved_by_steps(models: &[(&Fitted, &FreeDecay)]) -> Option<bool> {
     let square = |(model, decay): &(&Fitted, &FreeDecay)| {
         let is_own = model.structure.effects.iter().any(Effect::is_own);

@@ -291,6 +291,11 @@ impl FreeDecay {
         }
     }
 
+    /// The mean over the windows of what `of` takes of each.
+    pub(crate) fn mean_of_windows(&self, of: fn(&WindowEstimate) -> f64) -> f64 {
+        self.windows.iter().map(of).sum::<f64>() / self.windows.len().max(1) as f64
+    }
+
     /// Whether the amplitude rises again after it has fallen, from one window to the next or within one.
     pub(crate) fn beats(&self) -> bool {
         let largest = self.windows.iter().map(|w| w.amplitude_deg).fold(0.0, f64::max);

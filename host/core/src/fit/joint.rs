@@ -47,13 +47,7 @@ pub struct JointFit {
 }
 
 impl JointFit {
-    fn new(
-        releases: &[Release],
-        structure: &Structure,
-        sharing: &Sharing,
-        together: JointProblem,
-        fit: Fit,
-    ) -> Self {
+    fn new(structure: &Structure, sharing: &Sharing, together: JointProblem, fit: Fit) -> Self {
         let covariance = with_pressed(&fit, &together.bounds);
         let converged = fit.stop.is_minimum();
         let fitted = |part: &Part| part.fitted(&fit.parameters, converged, covariance.as_ref());
@@ -61,7 +55,7 @@ impl JointFit {
         let count = fits.iter().map(|fit| fit.count).sum();
         let effective: f64 = fits.iter().map(Fitted::effective_count).sum();
         let inflation = count as f64 / effective;
-        let widening = widening(releases, sharing, &fits, fit.variance() * inflation);
+        let widening = widening(&together.parts, sharing, &fits, fit.variance() * inflation);
         for (f, widening) in fits.iter_mut().zip(widening) {
             f.inflation = inflation;
             f.modal_inflation = inflation * widening;
@@ -106,8 +100,8 @@ impl JointFit {
         self
     }
 
-    /// This, or where its sum of squares is not `near` what it may be the fit over ever longer parts of the releases:
-    /// what one has in common with the others may lead to another count of cycles in all of it.
+    /// This, or where its sum of squares is not `near` what it may be the fit over ever longer parts of the
+    /// releases: what one has in common with the others may lead to another count of cycles in all of it.
     fn or_lengthened(self, near: f64, releases: &[Release], mut starts: Vec<Vec<f64>>) -> Self {
         if self.converged && self.sum_of_squares <= near {
             return self;
@@ -131,8 +125,8 @@ impl JointFit {
         self.fits.iter().map(|fit| fit.parameters.clone()).collect()
     }
 
-    /// The same by precise simulations, fitted again where the error of quick ones moves its numbers: they are
-    /// then those of the equation, whatever integrates it. As it is where that does not converge.
+    /// The same by precise simulations, fitted again where the error of quick ones moves its numbers: they
+    /// are then those of the equation, whatever integrates it. As it is where that does not converge.
     pub fn polished(mut self, releases: &[Release]) -> Self {
         let each: Vec<(&Fitted, &FreeDecay)> =
             self.fits.iter().zip(releases.iter().map(|release| release.decay)).collect();
@@ -150,7 +144,8 @@ impl JointFit {
         }
     }
 
-    /// The same numbers, to be simulated quickly: where thousands of simulations follow, one model is like the other.
+    /// The same numbers, to be simulated quickly: where thousands of simulations follow, one model is like
+    /// the other.
     pub fn quickly(mut self) -> Self {
         self.structure.precise = false;
         self.fits.iter_mut().for_each(|fit| fit.structure.precise = false);
@@ -223,12 +218,12 @@ impl JointFit {
 /// than its share in the joint fit: mean square of its condition's residuals over the noise, inflated for
 /// their correlation, over `common`, the same of all releases. Where the model explains some releases and
 /// others not, an average over all would make the others too certain.
-fn widening(releases: &[Release], sharing: &Sharing, fits: &[Fitted], common: f64) -> Vec<f64> {
+fn widening(releases: &[Part], sharing: &Sharing, fits: &[Fitted], common: f64) -> Vec<f64> {
     let of_group = |group: usize| {
         let (mut squares, mut count, mut effective, mut numbers) = (0.0, 0.0, 0.0, 2.0);
-        for ((release, fit), own) in releases.iter().zip(fits).zip(&sharing.modal) {
+        for ((part, fit), own) in releases.iter().zip(fits).zip(&sharing.modal) {
             if *own == group {
-                squares += fit.sum_of_squares / release.decay.noise_rad.powi(2);
+                squares += fit.sum_of_squares / part.release.decay.noise_rad.powi(2);
                 count += fit.count as f64;
                 effective += fit.effective_count();
                 numbers += (fit.structure.own_numbers() - 2) as f64;
@@ -307,7 +302,7 @@ fn fit_weighted(
     let together = JointProblem::new(releases, structure, sharing, starts);
     let start = together.gathered(starts, weight);
     let fit = together.minimise(&start, EVALUATIONS);
-    JointFit::new(releases, structure, sharing, together, fit)
+    JointFit::new(structure, sharing, together, fit)
 }
 
 /// Fits `structure` from each release's own fit, which holds every effect that `sharing` gives the release;

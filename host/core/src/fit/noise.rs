@@ -1,4 +1,5 @@
-//! White and coloured noise of a sensor, separated in the spectra of a record and of what a model leaves of it.
+//! White and coloured noise of a sensor, separated in the spectra of a record and of what a model leaves of
+//! it.
 //!
 //! Between the harmonics of the oscillation a record holds nothing but noise, and the response to random
 //! forcing. The means of narrow bands there, lines left out, are fitted by a white level, a lag-one
@@ -152,8 +153,8 @@ impl Spectrum {
         if self.bands.len() < 6 {
             return None;
         }
-        // Even in the logarithm of the correlation's time. Below 0.15 it is as good as white; above 0.97 it is
-        // a drift.
+        // Even in the logarithm of the correlation's time. Below 0.15 it is as good as white; above 0.97 it
+        // is a drift.
         let (from, to) = (-1.0 / f64::ln(0.15), -1.0 / f64::ln(0.97));
         let tried = (0..36u8).map(|i| {
             let share = f64::from(i) / 35.0;

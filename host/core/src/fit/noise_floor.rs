@@ -96,8 +96,8 @@ fn step_deg(record: &Record) -> Option<f64> {
     Some(median(&mut gaps))
 }
 
-/// The rms that no model of the means goes below: a step's, where noise of a sample, in deg, does not blur the
-/// steps, and means are no better than single readings.
+/// The rms that no model of the means goes below: a step's, where noise of a sample, in deg, does not blur
+/// the steps, and means are no better than single readings.
 pub(crate) fn of_steps(record: &Record, sample_noise_deg: f64) -> f64 {
     let step = step_deg(record).filter(|step| sample_noise_deg < 0.5 * step);
     step.map_or(0.0, |step| step / 12f64.sqrt())

@@ -1,6 +1,6 @@
 //! A user's own effect added to several releases at once. Its simulations take long, so its numbers are
-//! looked for in the two releases that need it most, from there in all together, and by fixed steps as long as it
-//! is not steep; the last fit is by steps that adapt themselves.
+//! looked for in the two releases that need it most, from there in all together, and by fixed steps as long
+//! as it is not steep; the last fit is by steps that adapt themselves.
 
 use crate::effects::Effect;
 use crate::fit::fitting::{enough, fit_added, Fitted, Structure};

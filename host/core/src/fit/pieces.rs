@@ -8,9 +8,6 @@ use crate::motion::simulate::readings_of_all;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use std::ops::{Deref, Range};
 
-/// Gain of a step, as a share of the sum of squares, below which a state is found.
-const STATE_SETTLED: f64 = 1e-6;
-
 /// Where a release has its own numbers among the common ones of a fit to several: behind the first release's
 /// wn, zeta and rest angle, before the effects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -151,7 +148,7 @@ impl Pieces {
 /// Angle and rate at the beginning of a piece from a cubic through its first means, `zero` taken off, as a
 /// plain oscillation has them.
 fn first_state(piece: &FreeDecay, zero: f64, [wn, zeta]: [f64; 2]) -> [f64; 2] {
-    // From a sixth of a cycle.
+    // From the first 0.15 of a cycle.
     let n = ((0.15 * piece.per_cycle()) as usize).clamp(4, 60).min(piece.yaw_rad.len());
     let h = 1.0 / n as f64;
     let a = DMatrix::from_fn(n, 4.min(n), |k, j| (k as f64 * h).powi(j as i32));
@@ -159,6 +156,13 @@ fn first_state(piece: &FreeDecay, zero: f64, [wn, zeta]: [f64; 2]) -> [f64; 2] {
     let fit = (a.transpose() * &a).cholesky().map(|c| c.solve(&(a.transpose() * y)));
     let read = fit.map_or([piece.yaw_rad[0] - zero, 0.0], |c| [c[0], c[1] * h / piece.grid.step_s]);
     piece.measurand.derivative().state(read, wn, zeta)
+}
+
+/// `matrix` with a larger diagonal.
+pub(super) fn damped(mut matrix: Matrix2<f64>, damping: f64) -> Matrix2<f64> {
+    matrix[(0, 0)] *= 1.0 + damping;
+    matrix[(1, 1)] *= 1.0 + damping;
+    matrix
 }
 
 /// The state of `piece` that fits best under given common numbers, and its sum of squares (rad2).
@@ -200,24 +204,18 @@ pub(crate) fn fit_state(
         if !s.is_finite() {
             return (best, f64::INFINITY);
         }
-        let damped = Matrix2::new(
-            h[(0, 0)] * (1.0 + damping),
-            h[(0, 1)],
-            h[(1, 0)],
-            h[(1, 1)] * (1.0 + damping),
-        );
-        let Some(step) = damped.try_inverse().map(|i| i * g) else { break };
+        let Some(step) = damped(h, damping).try_inverse().map(|i| i * g) else { break };
         let trial = [best[0] - step[0], best[1] - step[1]];
         let there = at(trial);
         if there.2 < s {
             let gain = s - there.2;
             (best, h, g, s) = (trial, there.0, there.1, there.2);
             damping *= 0.1;
-            if gain < STATE_SETTLED * s {
+            if gain < 1e-6 * s {
                 break;
             }
         } else {
-            if step.dot(&g) < STATE_SETTLED * s {
+            if step.dot(&g) < 1e-6 * s {
                 break;
             }
             damping = (damping * 10.0).max(1e-4);

@@ -38,8 +38,8 @@ impl<'a> Release<'a> {
     }
 }
 
-/// The last of fits to ever longer parts of `releases`, from five cycles on to all: over a few a fit from afar
-/// has no other minimum.
+/// The last of fits to ever longer parts of `releases`, from five cycles on to all: over a few a fit from
+/// afar has no other minimum.
 pub(crate) fn lengthened<'a, F>(
     releases: &[Release<'a>],
     mut fit: impl FnMut(&[Release<'a>]) -> F,
@@ -206,6 +206,7 @@ fn adapts_steps(structure: &Structure) -> bool {
     structure.precise || structure.effects.iter().any(Effect::is_own)
 }
 
+/// Of an effect's size, the step of the differences: a longer one where steps adapt themselves.
 fn difference(structure: &Structure) -> f64 {
     if adapts_steps(structure) {
         3e-5
@@ -269,8 +270,8 @@ impl<'a> JointProblem<'a> {
         Self { parts, places, bounds }
     }
 
-    /// The median of each number over the releases that share it, `weight(release, number)` each, where any is
-    /// known: one that is in another minimum draws no mean aside.
+    /// The median of each number over the releases that share it, `weight(release, number)` each, where any
+    /// is known: one that is in another minimum draws no mean aside.
     pub(crate) fn gathered(
         &self,
         starts: &[Vec<f64>],
@@ -320,9 +321,12 @@ impl<'a> JointProblem<'a> {
     pub(crate) fn minimise(&self, start: &[f64], max_evaluations: usize) -> Fit {
         let has_law = self.parts.iter().any(|p| p.structure.has_law());
         let adapts = self.parts.iter().any(|p| adapts_steps(&p.structure));
-        // Friction stops the model in one step or the next: a tenth of a standard error, squared.
+        // By how much the sum of squares may err, of the residuals' variance: half of it where steps adapt
+        // themselves, else a tenth of a standard error, squared, as friction stops the model in one step or
+        // the next.
         let accuracy = if adapts || has_law { 0.5 } else { 0.01 };
-        // The many numbers of a law share what they explain: a valley is followed no further than that.
+        // Distance to the minimum in standard errors. The many numbers of a law share what they explain: a
+        // valley is followed no further than that.
         let tolerance = if has_law { 0.1 } else { 0.01 };
         let options = Options { max_evaluations, tolerance, accuracy, damping: 1e-4 };
         minimise(self, start, &options)

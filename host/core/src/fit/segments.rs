@@ -8,7 +8,7 @@
 
 use crate::at_once::AtOnce;
 use crate::effects::{Effect, LANES};
-use crate::fit::pieces::{Own, Piece, Pieces};
+use crate::fit::pieces::{damped, Own, Piece, Pieces};
 use crate::fit::problem::{problem_of_one, JointProblem, Release};
 use crate::fit::structure::Structure;
 use crate::solver::{step_within, Normal, Rows};
@@ -138,8 +138,8 @@ impl<'a> Fit<'a> {
         sums.iter().all(finite).then_some(sums)
     }
 
-    /// Whether derivatives cost so much more than residuals that these are asked first whether a step gains, and
-    /// whether it is the last.
+    /// Whether derivatives cost so much more than residuals that these are asked first whether a step gains,
+    /// and whether it is the last.
     fn is_wide(&self) -> bool {
         self.free.len() > 2 * LANES
     }
@@ -219,15 +219,8 @@ struct Step {
 }
 
 fn inverse_of_state(s: &Sums, n: usize, damping: f64) -> Matrix2<f64> {
-    let mut m = Matrix2::new(
-        s.matrix[(n, n)],
-        s.matrix[(n, n + 1)],
-        s.matrix[(n + 1, n)],
-        s.matrix[(n + 1, n + 1)],
-    );
-    m[(0, 0)] *= 1.0 + damping;
-    m[(1, 1)] *= 1.0 + damping;
-    m.try_inverse().unwrap_or_else(Matrix2::zeros)
+    let own = s.matrix.fixed_view::<2, 2>(n, n).into_owned();
+    damped(own, damping).try_inverse().unwrap_or_else(Matrix2::zeros)
 }
 
 /// Fits `structure` to `pieces` from given common numbers and states; `settled` is the relative gain at which
@@ -241,27 +234,24 @@ pub(crate) fn fit_pieces(
     most: usize,
 ) -> PieceFit {
     let fit = Fit::new(pieces, structure, common);
-    let mut common: Vec<f64> =
-        common.iter().zip(&fit.bounds).map(|(x, (low, high))| x.max(*low).min(*high)).collect();
-    let mut states = states.to_vec();
+    let inside = |(x, (low, high)): (&f64, &(f64, f64))| x.max(*low).min(*high);
     let mut out = PieceFit {
         structure: structure.clone(),
-        common: common.clone(),
+        common: common.iter().zip(&fit.bounds).map(inside).collect(),
         own: pieces.iter().map(|piece| piece.own).collect(),
-        states: states.clone(),
+        states: states.to_vec(),
         squares: vec![f64::INFINITY; pieces.len()],
         converged: false,
     };
-    let Some(mut here) = fit.sums(&common, &states) else { return out };
+    let Some(mut here) = fit.sums(&out.common, &out.states) else { return out };
     let mut misfit: Vec<f64> = here.iter().map(|s| s.misfit).collect();
     let total = |sums: &[Sums]| sums.iter().map(|s| s.squares).sum::<f64>();
     let (mut damping, mut growth) = (1e-4, 2.0);
-    let mut converged = false;
     'steps: for _ in 0..most {
         let squares = total(&here);
         loop {
             let Some(Step { common: trial, states: there, predicted }) =
-                fit.step(&here, &common, &states, damping)
+                fit.step(&here, &out.common, &out.states, damping)
             else {
                 damping = (damping * 10.0).max(1e-6);
                 if damping > 1e8 {
@@ -276,7 +266,7 @@ pub(crate) fn fit_pieces(
             };
             if ahead > 0.0 && ahead < settled * squares {
                 misfit = left.iter().map(|s| s[1]).collect();
-                (common, states, converged) = (trial, there, true);
+                (out.common, out.states, out.converged) = (trial, there, true);
                 break 'steps;
             }
             let next = (ahead > 0.0).then(|| fit.sums(&trial, &there)).flatten();
@@ -284,30 +274,29 @@ pub(crate) fn fit_pieces(
             if gained > 0.0 {
                 here = next.expect("gained");
                 misfit = here.iter().map(|s| s.misfit).collect();
-                (common, states) = (trial, there);
+                (out.common, out.states) = (trial, there);
                 damping = (damping * if gained > 0.5 * predicted { 0.1 } else { 0.5 }).max(1e-12);
                 growth = 2.0;
                 if gained < settled * squares {
-                    converged = true;
+                    out.converged = true;
                     break 'steps;
                 }
                 break;
             }
             if predicted.abs() < settled * squares || fit.is_stopped() {
-                converged = !fit.is_stopped();
+                out.converged = !fit.is_stopped();
                 break 'steps;
             }
             damping = (damping * growth).max(1e-6);
             growth *= 2.0;
             if damping > 1e10 {
-                converged = true;
+                out.converged = true;
                 break 'steps;
             }
         }
     }
     let squares = misfit.iter().zip(pieces).map(|(m, piece)| m * piece.noise_rad.powi(2));
     out.squares = squares.collect();
-    (out.common, out.states, out.converged) = (common, states, converged);
     out
 }
 
@@ -352,14 +341,9 @@ pub(crate) fn fit_from(
     begun(pieces, structure, common, settled, STEPS)
 }
 
-/// As [`fit_from`], the first `steps`, which tell what is worth going on with.
-pub(crate) fn fit_towards(
-    pieces: &Pieces,
-    structure: &Structure,
-    common: &[f64],
-    steps: usize,
-) -> PieceFit {
-    begun(pieces, structure, common, ROUGH, steps)
+/// As [`fit_from`], the first steps, which tell what is worth going on with.
+pub(crate) fn fit_towards(pieces: &Pieces, structure: &Structure, common: &[f64]) -> PieceFit {
+    begun(pieces, structure, common, ROUGH, FIRST_STEPS)
 }
 
 fn begun(

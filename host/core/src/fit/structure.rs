@@ -50,7 +50,8 @@ pub struct Structure {
 }
 
 impl Structure {
-    /// The same with `effect` behind the others, to be simulated quickly: what is built is polished at its end.
+    /// The same with `effect` behind the others, to be simulated quickly: what is built is polished at its
+    /// end.
     pub fn with(&self, effect: &Effect) -> Self {
         let mut effects = self.effects.clone();
         effects.push(effect.clone());

@@ -14,7 +14,7 @@ use crate::discrepancy::ABOVE_NOISE;
 use crate::effects::{Acts, Effect};
 use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
-use crate::fit::segments::{fit_from, fit_towards, PieceFit, FIRST_STEPS, ROUGH, SETTLED};
+use crate::fit::segments::{fit_from, fit_towards, PieceFit, ROUGH, SETTLED};
 use crate::fit::starts;
 use std::sync::Arc;
 
@@ -86,8 +86,8 @@ impl BesideFit {
         Some(self.effect.published(&self.fit.common[self.law..]).0[line.frequency])
     }
 
-    /// Whether it is a line at one of the first five harmonics of the yaw mode, which is a matter of the law, or
-    /// of the sensor.
+    /// Whether it is a line at one of the first five harmonics of the yaw mode, which is a matter of the law,
+    /// or of the sensor.
     fn is_harmonic(&self, decay: &FreeDecay) -> bool {
         let windows = || decay.windows.iter().map(|w| w.natural_frequency_rad_s);
         let least = (1.0 - HARMONIC) * windows().fold(f64::INFINITY, f64::min);
@@ -111,7 +111,7 @@ fn fitted(
     }
     let (law, plain) = (&found.fit.common, &found.plain.common);
     let begun = |common: &[f64]| {
-        let fit = fit_towards(&lengths.long, &structure.with(effect), common, FIRST_STEPS);
+        let fit = fit_towards(&lengths.long, &structure.with(effect), common);
         BesideFit { effect: effect.clone(), fit, law: law.len() }
     };
     let from = |start: &Vec<f64>| {

@@ -67,8 +67,8 @@ pub struct Measured {
 /// Measures the law that `releases` follow beside the second-order response and the effects of `inner`.
 ///
 /// `numbers`: those of the effects from which their fit begins, as [`Effect::varied`] has them, one after the
-/// other. `dissipative`: the law takes energy out at every rate. `show` is given the first law that is fitted,
-/// before it is known how smooth it has to be.
+/// other. `dissipative`: the law takes energy out at every rate. `show` is given the first law that is
+/// fitted, before it is known how smooth it has to be.
 ///
 /// # Errors
 /// Interrupted, or not converged.

@@ -15,7 +15,7 @@ use crate::discrepancy::ABOVE_NOISE;
 use crate::effects::{Effect, Part};
 use crate::error::Result;
 use crate::fit::fitting::Fitted;
-use crate::fit::segments::{fit_from, fit_towards, PieceFit, FIRST_STEPS, ROUGH, SETTLED};
+use crate::fit::segments::{fit_from, fit_towards, PieceFit, ROUGH, SETTLED};
 use crate::quantity::Quantity;
 use std::sync::Arc;
 
@@ -200,8 +200,8 @@ impl Trial<'_> {
     }
 
     /// Whether hysteresis stands for the law's stiffness: beside its dissipation it leaves a hundredth of the
-    /// squares that that alone misses, and predicts better than `best`, the best formula. A curve through many
-    /// knots may do as well where the springs that yield are stiff.
+    /// squares that that alone misses, and predicts better than `best`, the best formula. A curve through
+    /// many knots may do as well where the springs that yield are stiff.
     fn remembers(&self, hysteresis: &NameFit, best: Option<&NameFit>) -> bool {
         let Self { releases, lengths, found } = self;
         let of_yaw = |(part, _): &(Part, f64)| part.is_of_yaw();
@@ -223,7 +223,7 @@ impl Trial<'_> {
                 common.extend(*numbers);
             }
             let short = fit_from(&lengths.short, &structure, &common, ROUGH);
-            fit_towards(&lengths.long, &structure, &short.common, FIRST_STEPS)
+            fit_towards(&lengths.long, &structure, &short.common)
         };
         let predicted = |begun: &PieceFit| {
             let fit = fit_from(&lengths.long, &begun.structure, &begun.common, SETTLED);

@@ -43,8 +43,8 @@ pub(super) struct Target<'a> {
 }
 
 impl<'a> Target<'a> {
-    /// No point counts as better known than a hundredth of the largest moment of `curve`, for a formula need not
-    /// go through each bend of a spline.
+    /// No point counts as better known than a hundredth of the largest moment of `curve`, for a formula need
+    /// not go through each bend of a spline.
     pub(super) fn new(curve: &'a [Point], wn: f64) -> Self {
         let largest = curve.iter().fold(0.0f64, |m, p| m.max(p.moment_rad_s2.value.abs()));
         let points: Vec<&Point> = curve.iter().filter(|p| p.at != 0.0).collect();

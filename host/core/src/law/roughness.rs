@@ -11,7 +11,7 @@ use crate::fit::segments::{quadratics, PieceFit, Quadratic};
 use crate::motion::simulate::Motion;
 use crate::quantity::CHANCE;
 use crate::solver::step_within;
-use crate::statistics::independent_share;
+use crate::statistics::{correlation, independent_share};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// A fit's neighbourhood.
@@ -215,12 +215,10 @@ pub(super) fn reached(pieces: &Pieces, fit: &PieceFit) -> (f64, f64) {
 
 /// Residuals to each that counts as independent, by their lag-one correlation; at least 1.
 pub(super) fn inflation(pieces: &Pieces, fit: &PieceFit) -> f64 {
-    let (mut lag, mut power) = (0.0, 0.0);
-    for (piece, motion, zero) in simulated(pieces, fit) {
+    let residuals = |(piece, motion, zero): (&Piece, Motion, f64)| {
         let rows = piece.yaw_rad.iter().zip(motion.readings(&piece.grid));
-        let residuals: Vec<f64> = rows.map(|(y, model)| y - model - zero).collect();
-        lag += residuals.windows(2).map(|e| e[0] * e[1]).sum::<f64>();
-        power += residuals.iter().map(|e| e * e).sum::<f64>();
-    }
-    1.0 / independent_share(if power > 0.0 { lag / power } else { 0.0 })
+        rows.map(|(y, model)| y - model - zero).collect()
+    };
+    let residuals: Vec<Vec<f64>> = simulated(pieces, fit).map(residuals).collect();
+    1.0 / independent_share(correlation(&residuals))
 }

@@ -91,8 +91,8 @@ impl<'a> Trials<'a> {
         Ok(())
     }
 
-    /// The best with a tenth of its weight, if it predicts as well: its band knows of noise, not of what a curve
-    /// that is as smooth as predicts best has lost.
+    /// The best with a tenth of its weight, if it predicts as well: its band knows of noise, not of what a
+    /// curve that is as smooth as predicts best has lost.
     ///
     /// # Errors
     /// No law was judged, or interrupted.

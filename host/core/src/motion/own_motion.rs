@@ -104,6 +104,7 @@ impl<'a> Walker<'a> {
             crosses: corner(|p| p.has_yaw_corner),
             halved: vec![Flows::new(motion, step_s)],
             level: 0,
+            // More are a sign of what no step is short enough for.
             attempts_left: 20_000 + 50 * steps,
             pace,
         }

@@ -54,8 +54,8 @@ struct Four<'a> {
 }
 
 impl<'a> Four<'a> {
-    /// `None` where the motions have not the same effects, or other corners than those of friction. Where they
-    /// are fewer than four, the last stands in for the rest.
+    /// `None` where the motions have not the same effects, or other corners than those of friction. Where
+    /// they are fewer than four, the last stands in for the rest.
     fn new(motions: &'a [Motion], grid: &Grid) -> Option<Self> {
         let motions: [&Motion; LANES] = from_fn(|l| &motions[l.min(motions.len() - 1)]);
         if !motions.iter().all(|m| m.terms.is_smooth_between_turns()) {

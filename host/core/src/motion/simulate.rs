@@ -73,8 +73,8 @@ impl Motion {
         self.follow(grid, substeps, &mut walker, store)
     }
 
-    /// Reading and rate at every instant of `grid`; `walk` takes b, r and t one of `substeps` on. What has run
-    /// away is no number.
+    /// Reading and rate at every instant of `grid`; `walk` takes b, r and t one of `substeps` on. What has
+    /// run away is no number.
     fn follow(
         &self,
         grid: &Grid,
@@ -136,7 +136,8 @@ impl Motion {
     }
 }
 
-/// Steps from one instant of `grid` to the next, of a motion with this natural frequency: 48 a cycle at least.
+/// Steps from one instant of `grid` to the next, of a motion with this natural frequency: 48 a cycle at
+/// least.
 pub(super) fn substeps(grid: &Grid, natural_frequency_rad_s: f64) -> f64 {
     let steps = grid.step_s * natural_frequency_rad_s * 48.0 / std::f64::consts::TAU;
     steps.ceil().clamp(1.0, 1e4)
@@ -252,9 +253,9 @@ impl<'a> Walker<'a> {
         self.piece.edge(b, self.motion.terms.dead_zone_rad)
     }
 
-    /// A step with corners in it, `t` half-way. From one to the next what is smooth counts as it is between them:
-    /// whether the model is held, and where it turns, is a matter of all moments together, which a kick would
-    /// miss.
+    /// A step with corners in it, `t` half-way. From one to the next what is smooth counts as it is between
+    /// them: whether the model is held, and where it turns, is a matter of all moments together, which a kick
+    /// would miss.
     pub(super) fn with_corners(
         &mut self,
         mut b: f64,
@@ -301,7 +302,8 @@ impl<'a> Walker<'a> {
         (b, r)
     }
 
-    /// When, within `left` under the constant `moment`, the next corner is reached; its edge, where it is one.
+    /// When, within `left` under the constant `moment`, the next corner is reached; its edge, where it is
+    /// one.
     fn corner(&self, b: f64, r: f64, moment: f64, left: f64) -> Option<(f64, Option<f64>)> {
         let (b1, r1) = self.travel(b, r, moment, left);
         let turn = self.turned(r1).then(|| (self.turning(b, r, moment, left), None));

@@ -172,14 +172,7 @@ fn a_precise_motion_is_that_of_a_hundred_times_finer_steps() {
         let of = |grid: &Grid, precise: bool| {
             let mut terms = Terms::of([(effect.clone(), &[size][..])]);
             terms.precise = precise;
-            let motion = Motion {
-                natural_frequency_rad_s: 7.0,
-                damping_ratio: 0.003,
-                yaw_rad: 0.17,
-                rate_rad_s: 0.0,
-                terms,
-            };
-            motion.readings(grid)
+            Motion { yaw_rad: 0.17, ..released(0.003, terms) }.readings(grid)
         };
         let fine = Grid { step_s: grid.step_s / 100.0, count: 100 * grid.count, ..grid };
         let fine: Vec<f64> = of(&fine, false).into_iter().step_by(100).collect();

@@ -85,8 +85,8 @@ pub(crate) fn minimise(problem: &impl Problem, start: &[f64], options: &Options)
             scale[i] = scale[i].max(jtj[(i, i)]);
         }
         let variance = here.sum_of_squares() / (here.residuals() - free.len()).max(1) as f64;
-        let a = restrict(&jtj, &free);
-        let g = DVector::from_iterator(free.len(), free.iter().map(|&i| jtr[i]));
+        let a = jtj.select_rows(&free).select_columns(&free);
+        let g = jtr.select_rows(&free);
         if g.amax() == 0.0 {
             break Ended::Converged;
         }
@@ -208,10 +208,6 @@ fn free_parameters(problem: &impl Problem, p: &[f64], gradient: &DVector<f64>) -
             !(p[i] <= low && gradient[i] > 0.0 || p[i] >= high && gradient[i] < 0.0 || low == high)
         })
         .collect()
-}
-
-fn restrict(m: &DMatrix<f64>, keep: &[usize]) -> DMatrix<f64> {
-    DMatrix::from_fn(keep.len(), keep.len(), |a, b| m[(keep[a], keep[b])])
 }
 
 #[cfg(test)]

@@ -85,8 +85,8 @@ pub(crate) struct Fit {
     pub(crate) at_bound: Vec<bool>,
     /// J'J at the parameters.
     pub(crate) normal_matrix: DMatrix<f64>,
-    /// s^2 (J'J)^-1 with s^2 = r'r / (residuals - free parameters): right for white residuals only. None without a
-    /// minimum, without residuals to spare, or where they do not determine the parameters.
+    /// s^2 (J'J)^-1 with s^2 = r'r / (residuals - free parameters): right for white residuals only. None
+    /// without a minimum, without residuals to spare, or where they do not determine the parameters.
     pub(crate) covariance: Option<DMatrix<f64>>,
 }
 
