@@ -50,8 +50,8 @@ pub(crate) fn of_chi_squared(value: f64, freedom: f64) -> f64 {
 
 /// Lag-one correlation of what scatters about zero, of several series together.
 pub(crate) fn correlation(series: &[Vec<f64>]) -> f64 {
-    let lag: f64 = series.iter().flat_map(|y| y.windows(2).map(|w| w[0] * w[1])).sum();
-    let power: f64 = series.iter().flatten().map(|y| y * y).sum();
+    let lag: f64 = series.iter().map(|y| y.windows(2).map(|w| w[0] * w[1]).sum::<f64>()).sum();
+    let power: f64 = series.iter().map(|y| y.iter().map(|y| y * y).sum::<f64>()).sum();
     if power > 0.0 {
         lag / power
     } else {

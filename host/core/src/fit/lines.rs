@@ -6,9 +6,6 @@ use crate::record::Record;
 use crate::statistics::median;
 use std::f64::consts::{LN_2, PI, TAU};
 
-/// Bins of a line's neighbourhood to each side.
-const NEIGHBOURS: usize = 200;
-
 /// A sine in the reading, of time from the record's own zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SteadyLine {
@@ -67,13 +64,13 @@ fn strongest(samples: &[f64], from: f64) -> Option<usize> {
     let lobe = OF_RECORD.lobe_bins.ceil() as usize;
     let first = (from / TAU * samples.len() as f64) as usize + lobe;
     let mut best: Option<(f64, usize)> = None;
-    // The floor changes slowly: a median for each stretch of bins.
-    for from in (first..power.len().saturating_sub(lobe)).step_by(NEIGHBOURS) {
-        let to = (from + NEIGHBOURS).min(power.len());
-        let mut around = power
-            [from.saturating_sub(NEIGHBOURS).max(first)..(to + NEIGHBOURS).min(power.len())]
-            .to_vec();
-        if around.len() < NEIGHBOURS / 2 {
+    // The floor changes slowly: a median for each stretch of so many bins, and as many to each side.
+    let near = 200;
+    for from in (first..power.len().saturating_sub(lobe)).step_by(near) {
+        let to = (from + near).min(power.len());
+        let mut around =
+            power[from.saturating_sub(near).max(first)..(to + near).min(power.len())].to_vec();
+        if around.len() < near / 2 {
             continue;
         }
         let level = median(&mut around) / LN_2;

@@ -33,15 +33,6 @@ impl Own {
         }
     }
 
-    /// The rest angle, where it is free.
-    fn rest_rad(&self, structure: &Structure, common: &[f64]) -> f64 {
-        if structure.zero_unknown {
-            common[self.rest]
-        } else {
-            0.0
-        }
-    }
-
     /// Numbers in the order of [`crate::fit::fitting::Fitted`].
     pub(crate) fn numbers(
         &self,
@@ -81,7 +72,7 @@ impl Piece {
     /// Its state at the first instant as its first means show it under a model.
     pub(crate) fn begun(&self, structure: &Structure, common: &[f64]) -> [f64; 2] {
         let modal = [common[self.own.modal], common[self.own.modal + 1]];
-        first_state(self, self.own.rest_rad(structure, common), modal)
+        first_state(self, if structure.zero_unknown { common[self.own.rest] } else { 0.0 }, modal)
     }
 }
 

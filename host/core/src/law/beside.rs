@@ -16,7 +16,6 @@ use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::segments::{fit_from, fit_towards, PieceFit, ROUGH, SETTLED};
 use crate::fit::starts;
-use std::sync::Arc;
 
 /// What no law of angle and rate holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -142,9 +141,7 @@ fn not_the_laws(decay: &FreeDecay, tried: &BesideFit) -> Vec<f64> {
 /// releases, whose lines and drifts are each its own.
 pub(super) fn beside(releases: &Releases, lengths: &Lengths, found: &Measured) -> Option<Beside> {
     let decay = releases.alone().filter(|_| found.held_out_over_noise > ABOVE_NOISE)?;
-    let mut structure = found.fit.structure.clone();
-    structure.effects.pop();
-    let structure = structure.with(&Effect::Measured(Arc::new(found.law.without_line(None))));
+    let structure = found.with_line();
     let whole = fit_whole(decay, &structure, &found.fit.numbers(0));
     let all = Effect::deterministic()
         .filter(|effect| Kind::of(effect).is_some())

@@ -158,6 +158,13 @@ pub fn fit_whole(decay: &FreeDecay, structure: &Structure, start: &[f64]) -> Fit
 }
 
 impl Measured {
+    /// What it was fitted as, with the line in its dissipation: beside another effect that is another.
+    pub(super) fn with_line(&self) -> Structure {
+        let mut structure = self.fit.structure.clone();
+        structure.effects.pop();
+        structure.with(&Effect::Measured(Arc::new(self.law.without_line(None))))
+    }
+
     /// The law as tables.
     pub fn tables(&self) -> Tables<'_> {
         Tables { law: &self.law, common: &self.fit.common, covariance: &self.covariance }

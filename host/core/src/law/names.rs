@@ -187,13 +187,8 @@ impl Trial<'_> {
         if found.held_out_over_noise < ABOVE_NOISE {
             return false;
         }
-        // Beside hysteresis the dissipation is another, and so would its line be.
-        let law = Effect::Measured(Arc::new(found.law.without_line(None)));
-        let mut structure = found.fit.structure.clone();
-        structure.effects.pop();
-        let structure = structure.with(&law).with(&other.effect);
-        let mut common = found.fit.common.clone();
-        common.extend(other.numbers());
+        let structure = found.with_line().with(&other.effect);
+        let common = [&found.fit.common[..], other.numbers()].concat();
         let fit = fit_from(&lengths.long, &structure, &common, SETTLED);
         let with = predict_within(&lengths.predicted, &fit);
         !releases.first().stop.is_requested() && with.is_better_than(&found.prediction)

@@ -83,9 +83,7 @@ impl<'a> Trials<'a> {
             if knots_move {
                 next = next.placed(law.refined(&fit.common[self.begin..]).knots);
             }
-            let mut common = fit.common[..self.begin].to_vec();
-            common.extend(law.translated(&fit.common[self.begin..], &next));
-            fit = self.fitted(&next, &common)?;
+            fit = self.fitted(&next, &self.translated(&law, &fit, &next))?;
             law = next;
         }
         Ok(())
@@ -100,9 +98,14 @@ impl<'a> Trials<'a> {
         let Trial { law, fit, .. } = self.best.as_ref().ok_or(Error::NoLaw)?;
         let parts = law.parts.iter().map(|(part, weight)| (*part, 0.1 * weight)).collect();
         let rougher = law.with(parts, law.friction);
-        let mut common = fit.common[..self.begin].to_vec();
-        common.extend(law.translated(&fit.common[self.begin..], &rougher));
+        let common = self.translated(law, fit, &rougher);
         self.take_if_as_good(&rougher, &common)
+    }
+
+    /// Common numbers of `fit`, which holds `law`, as those of one that holds `other`.
+    fn translated(&self, law: &MeasuredLaw, fit: &PieceFit, other: &MeasuredLaw) -> Vec<f64> {
+        let (common, values) = fit.common.split_at(self.begin);
+        [common, &law.translated(values, other)].concat()
     }
 
     /// The best without the line of its dissipation, which is the damping ratio's, if it predicts as well.

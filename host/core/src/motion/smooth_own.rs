@@ -8,9 +8,6 @@ use crate::effects::Terms;
 use std::cell::RefCell;
 use yawrig_expression::Prepared;
 
-/// Angles and rates, of the amplitude, at which a moment is looked at.
-const LOOKED_AT: [f64; 9] = [-1.0, -0.7, -0.4, -0.1, 0.02, 0.1, 0.4, 0.7, 1.0];
-
 /// The own effects of one motion.
 pub(super) struct SmoothOwn {
     each: RefCell<Vec<Prepared>>,
@@ -30,20 +27,22 @@ impl SmoothOwn {
         let (a, v) = (amplitude_rad, wn * amplitude_rad);
         let sign = |x: f64| if x == 0.0 { 1.0 } else { x.signum() };
         let at = |b: f64, r: f64| own.sum(b * a, r * v, 0.0, sign(r), sign(b));
-        let largest = LOOKED_AT
+        // Angles and rates, of the amplitude, at which the moment is looked at.
+        let looked_at = [-1.0, -0.7, -0.4, -0.1, 0.02, 0.1, 0.4, 0.7, 1.0];
+        let largest = looked_at
             .iter()
-            .flat_map(|b| LOOKED_AT.map(|r| at(*b, r).abs()))
+            .flat_map(|b| looked_at.map(|r| at(*b, r).abs()))
             .fold(f64::MIN_POSITIVE, f64::max);
         // Half the step at r = 0, and the moment half-way.
         let jump = |b: f64| {
             let [up, down] = [1.0, -1.0].map(|s| own.sum(b * a, 0.0, 0.0, s, sign(b)));
             (0.5 * (down - up), 0.5 * (up + down))
         };
-        let (friction, _) = jump(LOOKED_AT[0]);
+        let (friction, _) = jump(looked_at[0]);
         let same = |x: f64, y: f64| (x - y).abs() <= 1e-9 * largest;
         if !largest.is_finite()
             || friction < 0.0
-            || !LOOKED_AT.iter().all(|b| same(jump(*b).0, friction))
+            || !looked_at.iter().all(|b| same(jump(*b).0, friction))
         {
             return None;
         }
@@ -61,7 +60,7 @@ impl SmoothOwn {
             same(up, down)
         };
         let tame =
-            LOOKED_AT.iter().all(|x| gentle_in_rate(*x) && gentle_in_yaw(*x) && continuous(*x));
+            looked_at.iter().all(|x| gentle_in_rate(*x) && gentle_in_yaw(*x) && continuous(*x));
         own.friction_rad_s2 = friction;
         tame.then_some(own)
     }
