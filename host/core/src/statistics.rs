@@ -48,6 +48,17 @@ pub(crate) fn of_chi_squared(value: f64, freedom: f64) -> f64 {
     ((value / freedom).cbrt() - (1.0 - variance)) / variance.sqrt()
 }
 
+/// Lag-one correlation of what scatters about zero, of several series together.
+pub(crate) fn correlation(series: &[Vec<f64>]) -> f64 {
+    let lag: f64 = series.iter().map(|y| y.windows(2).map(|w| w[0] * w[1]).sum::<f64>()).sum();
+    let power: f64 = series.iter().map(|y| y.iter().map(|y| y * y).sum::<f64>()).sum();
+    if power > 0.0 {
+        lag / power
+    } else {
+        0.0
+    }
+}
+
 /// Share of residuals that count as independent where neighbours have this correlation: (1 - c)/(1 + c) of
 /// them.
 pub(crate) fn independent_share(correlation: f64) -> f64 {

@@ -7,7 +7,7 @@ use crate::revise::{self, Current, Revision, RevisionRequest};
 use std::path::Path;
 use yawrig_base::error::{Error, Exit, Result};
 use yawrig_core::effects::Effect;
-use yawrig_core::law::estimate::{measure_showing, Curve, Measured};
+use yawrig_core::law::estimate::{measure, Curve, Measured};
 use yawrig_core::law::releases::Releases;
 
 /// The record that is released from the largest angle: where most of a law is seen.
@@ -59,7 +59,7 @@ pub fn measured(
     }
     let structure = limits::structure(model)?;
     let releases = releases(&measured_from(model, data));
-    Ok(measure_showing(&releases, &structure, &numbers, dissipative, show)?)
+    Ok(measure(&releases, &structure, &numbers, dissipative, show)?)
 }
 
 fn check_has_none(model: &Model) -> Result<()> {

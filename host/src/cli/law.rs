@@ -166,8 +166,8 @@ pub(super) fn object(found: &LawAnswer, files: &[PathBuf]) -> serde_json::Value 
         "schema_version": SCHEMA_VERSION,
         "record": file,
         "records": found.records,
-        "stiffness": points(measured.stiffness(), "yaw_deg"),
-        "damping": points(measured.damping(), "rate_deg_s"),
+        "stiffness": points(measured.tables().stiffness(), "yaw_deg"),
+        "damping": points(measured.tables().damping(), "rate_deg_s"),
         "known": {
             "yaw_deg": shown(measured.law.yaw_rad),
             "rate_deg_s": shown(measured.law.rate_rad_s),
@@ -238,9 +238,13 @@ fn text(found: &LawAnswer, files: &[PathBuf], measure: &str) -> String {
         (
             format!("restoring moment K ({moment})"),
             format!("{} ({of})", measurand.word()),
-            measured.stiffness(),
+            measured.tables().stiffness(),
         ),
-        (format!("dissipation D ({moment})"), format!("rate ({per_s})"), measured.damping()),
+        (
+            format!("dissipation D ({moment})"),
+            format!("rate ({per_s})"),
+            measured.tables().damping(),
+        ),
     ] {
         if points.iter().all(|p| p.moment_rad_s2.value == 0.0) {
             let _ = writeln!(out, "{title}: none beside the linear one\n");

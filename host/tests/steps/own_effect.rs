@@ -169,9 +169,7 @@ fn readings(effects: &[(Effect, &[f64])]) -> Vec<f64> {
     for (effect, numbers) in effects {
         effect.write(numbers, &mut terms);
     }
-    let mut y = vec![0.0; 1000];
-    motion(terms).readings(&grid(1000), &mut y);
-    y
+    motion(terms).readings(&grid(1000))
 }
 
 fn largest_difference(a: &[f64], b: &[f64]) -> f64 {

@@ -42,11 +42,9 @@ fn every_effect_is_the_same_motion_in_both() {
         };
         let grid =
             Grid { start_s: 0.0, step_s: 1.0 / RATE_HZ, count: rig.len(), mean_width_s: 0.0 };
-        let mut core = vec![0.0; rig.len()];
-        motion.readings(&grid, &mut core);
+        let core = motion.readings(&grid);
         let plain = Motion { terms: Terms::default(), ..motion.clone() };
-        let mut without = vec![0.0; rig.len()];
-        plain.readings(&grid, &mut without);
+        let without = plain.readings(&grid);
         let rms = |other: &[f64]| {
             let sum: f64 = rig.iter().zip(other).map(|(a, b)| (a - b).powi(2)).sum();
             (sum / rig.len() as f64).sqrt()

@@ -189,9 +189,7 @@ impl Augmented {
             count: ((CYCLES as f64 + 4.0) * TAU / wn / step_s) as usize,
             mean_width_s: 0.0,
         };
-        let mut readings_deg = vec![0.0; grid.count];
-        motion.readings(&grid, &mut readings_deg);
-        readings_deg.iter_mut().for_each(|reading| *reading = deg_from_rad(*reading));
+        let readings_deg: Vec<f64> = motion.readings(&grid).into_iter().map(deg_from_rad).collect();
         readings_deg
             .iter()
             .all(|reading| reading.is_finite())

@@ -162,7 +162,7 @@ pub fn shown(app: &App, id: usize) -> Result<Value> {
     let cuts = view.as_deref().map(|view| Cuts::new(view, &law.curve));
     let u = law.measured.as_ref().map(|measured| {
         let of = |points: Vec<Point>| points.iter().map(|p| p.moment_rad_s2.u).collect::<Vec<_>>();
-        [of(measured.total_stiffness()), of(measured.total_damping())]
+        [of(measured.tables().total_stiffness()), of(measured.tables().total_damping())]
     });
     let measurand = view.as_deref().map(|v| v.decay.measurand.clone()).unwrap_or_default();
     let mut out = json!({

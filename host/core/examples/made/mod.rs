@@ -22,8 +22,7 @@ pub fn release(
         terms: Terms::of(effects.iter().cloned()),
     };
     let grid = Grid { start_s: 0.0, step_s: 0.005, count: 6000, mean_width_s: 0.0 };
-    let mut yaw_rad = vec![0.0; grid.count];
-    motion.readings(&grid, &mut yaw_rad);
+    let yaw_rad = motion.readings(&grid);
     let noise_deg = Normal::new(0.0, 0.02).expect("a standard deviation");
     let mut rng = ChaCha8Rng::seed_from_u64(name.bytes().map(u64::from).sum());
     let yaw_deg = yaw_rad.iter().map(|y| y.to_degrees() + noise_deg.sample(&mut rng)).collect();

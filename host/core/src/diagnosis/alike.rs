@@ -73,8 +73,7 @@ mod tests {
             rate_rad_s: 0.0,
             terms: Terms::of([(Effect::CubicStiffness, &[-25.0][..])]),
         };
-        let mut yaw_rad = vec![0.0; grid.count];
-        motion.readings(&grid, &mut yaw_rad);
+        let yaw_rad = motion.readings(&grid);
         let noise = |z: f64| 0.1 * z;
         Record::new(
             "a.csv",

@@ -144,13 +144,8 @@ fn solve(decay: &FreeDecay, structure: &Structure, start: &[f64], known: &Known)
 /// What `fit` leaves is the random motion's, and noise.
 fn finished(decay: &FreeDecay, structure: &Structure, fit: Fit, known: &Known) -> Fitted {
     let Whitened { inner, .. } = Whitened::of(decay, structure, &fit.parameters, known);
-    let mut residuals = vec![0.0; decay.yaw_rad.len()];
-    inner.parts[0].readings(&fit.parameters, &mut residuals);
-    residuals.iter_mut().zip(&decay.yaw_rad).for_each(|(r, y)| *r -= y);
-    let (converged, covariance) = (fit.stop.is_minimum(), fit.covariance.ok());
-    let around = decay.around();
-    let mut model =
-        Fitted::new(structure.clone(), fit.parameters, residuals, converged, covariance, around);
+    let (converged, covariance) = (fit.stop.is_minimum(), fit.covariance.as_ref());
+    let mut model = inner.parts[0].fitted(&fit.parameters, converged, covariance);
     // The covariance is that of white innovations; the plain residuals' correlation does not bear on it.
     (model.correlation, model.inflation, model.modal_inflation) = (0.0, 1.0, 1.0);
     model

@@ -131,8 +131,7 @@ pub(crate) fn with_from(lengths: &Lengths, inner: &Model, effect: &Effect, start
 
 pub(crate) fn without(lengths: &Lengths, model: &Model, effect: &Effect) -> Model {
     let fit = &model.fit;
-    let k = fit.structure.effects.iter().position(|e| e == effect).expect("an effect of the model");
-    let (from, n) = (fit.start_of(k), effect.parameters().len());
+    let (from, n) = (fit.start_of(effect), effect.parameters().len());
     let less = |common: &[f64]| [&common[..from], &common[from + n..]].concat();
     let structure = fit.structure.without(effect);
     fitted(lengths, &structure, &less(&model.short.common), Some(&less(&fit.common)))
@@ -141,12 +140,8 @@ pub(crate) fn without(lengths: &Lengths, model: &Model, effect: &Effect) -> Mode
 /// The second-order response about a rest angle of its own, taking energy out where the record does, and the
 /// shared parameters from which its fit begins.
 pub(crate) fn plain_start(decay: &FreeDecay) -> (Structure, [f64; 3]) {
-    let windows = &decay.windows;
-    let mean = |f: &dyn Fn(&crate::identify::WindowEstimate) -> f64| {
-        windows.iter().map(f).sum::<f64>() / windows.len().max(1) as f64
-    };
     let middle = decay.yaw_rad.iter().sum::<f64>() / decay.yaw_rad.len() as f64;
-    let zeta = mean(&|w| w.damping_ratio);
+    let zeta = decay.mean_of_windows(|w| w.damping_ratio);
     let mut structure = Structure { zero_unknown: true, ..Structure::default() };
     if zeta > 0.0 {
         structure.limits.push(Limit { number: Number::DampingRatio, low: 0.0, high: 0.7 });
@@ -158,7 +153,7 @@ pub(crate) fn plain_start(decay: &FreeDecay) -> (Structure, [f64; 3]) {
         low: 0.0,
         high: f64::INFINITY,
     }));
-    (structure, [mean(&|w| w.natural_frequency_rad_s), zeta, middle])
+    (structure, [decay.mean_of_windows(|w| w.natural_frequency_rad_s), zeta, middle])
 }
 
 /// `structure`, all of whose effects are strengths of the state, fitted to the whole free decay over ever

@@ -23,7 +23,7 @@ pub(crate) struct Prediction {
 /// and shape show, and of the `long` ones the last and the middle one from the others, where damping shows.
 pub(crate) fn predict(short: &Pieces, long: &Pieces, model: &PieceFit) -> Prediction {
     let mut out = Prediction { errors: Vec::new() };
-    let states = begins(short, model);
+    let states = short.states(&model.structure, &model.common);
     for odd in [1, 0] {
         out.split(short, model, &states, &|k| k % 2 == odd);
     }
@@ -38,18 +38,11 @@ pub(crate) fn predict(short: &Pieces, long: &Pieces, model: &PieceFit) -> Predic
 /// what a law that is known over the amplitudes reached can be asked for.
 pub(crate) fn predict_within(short: &Pieces, model: &PieceFit) -> Prediction {
     let mut out = Prediction { errors: Vec::new() };
-    let states = begins(short, model);
+    let states = short.states(&model.structure, &model.common);
     for odd in [1, 0] {
         out.split(short, model, &states, &|k| k > 0 && k % 2 == odd);
     }
     out
-}
-
-fn begins(pieces: &Pieces, model: &PieceFit) -> Vec<[f64; 2]> {
-    let PieceFit { structure, common, .. } = model;
-    let begin =
-        |piece: &Piece| fit_state(piece, structure, common, piece.begun(structure, common)).0;
-    pieces.decays.iter().map(begin).collect()
 }
 
 impl Prediction {

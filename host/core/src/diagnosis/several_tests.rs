@@ -24,8 +24,7 @@ fn release(k: usize, amplitude_deg: f64) -> Record {
             (Effect::CubicStiffness, &[-30.0]),
         ]),
     };
-    let mut yaw_rad = vec![0.0; grid.count];
-    motion.readings(&grid, &mut yaw_rad);
+    let yaw_rad = motion.readings(&grid);
     let noise = |z: f64| 0.05 * z + 0.4 * k as f64;
     Record::new(
         format!("{k}.csv"),
@@ -87,8 +86,7 @@ fn softening(seed: u64, amplitude_deg: f64, damping_ratio: f64) -> Record {
         rate_rad_s: 0.0,
         terms: Terms::of([(Effect::CubicStiffness, &[-25.0][..])]),
     };
-    let mut yaw_rad = vec![0.0; grid.count];
-    motion.readings(&grid, &mut yaw_rad);
+    let yaw_rad = motion.readings(&grid);
     let noise = |z: f64| 0.1 * z;
     Record::new(
         "a.csv",

@@ -29,15 +29,8 @@ pub(crate) use self::shapes::{add_shape, responses, SHAPES};
 use self::sums::{Likeliest, Sums};
 pub(crate) use self::sums::{Observed, ABOVE_NOISE};
 pub(crate) use self::swing::Swing;
-use crate::statistics::independent_share;
+use crate::statistics::{correlation, independent_share};
 use nalgebra::{DMatrix, DVector};
-
-/// Gain of evidence (in ln) above which a discrepancy is believed where the residual may be noise: half of
-/// the difference of BIC that effects need. Where it is more than the noise something is missing, and the
-/// likeliest is taken.
-const LAW_BELIEVED: f64 = 0.5 * crate::bic::MARGIN;
-/// Share of residuals that count while their correlation is not known yet.
-const AT_FIRST: f64 = 0.2;
 
 /// What is not in the model, as far as the residual shows how large it is.
 #[derive(Clone, Debug)]
@@ -68,10 +61,8 @@ impl Discrepancy {
 
     /// That of one of several releases, whose numbers have these `places` among all.
     pub(crate) fn of_release(&self, places: &[usize]) -> Self {
-        let n = places.len();
-        let random = DMatrix::from_fn(n, n, |a, b| self.random[(places[a], places[b])]);
-        let shift = DMatrix::from_fn(n, SHAPES, |a, k| self.shift[(places[a], k)]);
-        Self { shift, random, ..self.clone() }
+        let random = self.random.select_rows(places).select_columns(places);
+        Self { shift: self.shift.select_rows(places), random, ..self.clone() }
     }
 
     /// Whether there is a smooth moment.
@@ -84,8 +75,11 @@ impl Discrepancy {
 /// where it lacks nothing that shows: too few residuals as well, or numbers that they do not determine.
 pub(crate) fn of(releases: &[Observed], numbers: usize, may_be_noise: bool) -> Option<Discrepancy> {
     let sums = Sums::new(releases, numbers)?;
-    let needed = if may_be_noise { LAW_BELIEVED } else { 0.0 };
-    let first = sums.likeliest(AT_FIRST, needed)?;
+    // Gain of evidence (in ln) above which a discrepancy is believed: half of the difference of BIC that
+    // effects need. Where the residual is more than noise something is missing, and the likeliest is taken.
+    let needed = if may_be_noise { 0.5 * crate::bic::MARGIN } else { 0.0 };
+    // While the correlation of the residuals is not known yet a fifth of them count.
+    let first = sums.likeliest(0.2, needed)?;
     let share = independent_share(correlation(&sums.left(releases, &first)));
     let law = sums.likeliest(share, needed)?;
     let none = sums.evidence(DVector::zeros(SHAPES), share)?.1;
@@ -101,17 +95,6 @@ pub(crate) fn of(releases: &[Observed], numbers: usize, may_be_noise: bool) -> O
     let strengths = sums.apart(&best);
     let found = Discrepancy { strengths, shift: sums.shift, random, left: best.noise / share };
     Some(found).filter(|found| found.has_law() || found.random.iter().any(|v| *v != 0.0))
-}
-
-/// Lag-one correlation of what is `left` of all releases.
-fn correlation(left: &[Vec<f64>]) -> f64 {
-    let lag: f64 = left.iter().flat_map(|left| left.windows(2).map(|w| w[0] * w[1])).sum();
-    let power: f64 = left.iter().flatten().map(|r| r * r).sum();
-    if power > 0.0 {
-        lag / power
-    } else {
-        0.0
-    }
 }
 
 #[cfg(test)]

@@ -17,11 +17,6 @@ use std::f64::consts::TAU;
 /// Logarithms (to 10) of the sizes that are tried: variance that the moment adds to a cycle's mean within a
 /// cycle, over that of the mean's noise.
 const MOMENT_SIZES: std::ops::RangeInclusive<i32> = -4..=8;
-/// Frequencies, over that of the oscillation, at which its noise is seen: below it the zero wanders, and
-/// far above it noise has another density.
-const BETWEEN: [f64; 2] = [1.5, 2.5];
-/// Readings a cycle, over such a frequency, from which it is seen.
-const READINGS: f64 = 2.5;
 
 /// Whitens means over a cycle each of a first-order process from a known start, by its Kalman filter; gives
 /// half the logarithm of their covariance's determinant. `size`: variance that the process gains in a cycle,
@@ -59,7 +54,8 @@ impl Means {
         let cycles = residuals.len() / 2;
         let per_cycle = swing.phase_rad.len() as f64 / swing.cycles();
         let mut between = Vec::new();
-        for ratio in BETWEEN.into_iter().filter(|ratio| READINGS * ratio < per_cycle) {
+        // Below the oscillation the zero wanders, and far above it noise has another density.
+        for ratio in [1.5, 2.5].into_iter().filter(|ratio| 2.5 * ratio < per_cycle) {
             let more = swing.means(&release.residuals[..release.count], ratio, 2.0).concat();
             let response = 4.0 / (TAU * (1.0 - ratio * ratio)).powi(2);
             between.extend(std::iter::repeat_n(response, more.len()));
@@ -112,8 +108,8 @@ pub(super) struct Tried {
     cost: f64,
 }
 
-/// No moment and each of those that are tried; none where the means do not determine the fit's `numbers`, or a
-/// moment does not show in what is read.
+/// No moment and each of those that are tried; none where the means do not determine the fit's `numbers`, or
+/// a moment does not show in what is read.
 pub(super) fn tried(releases: &[Observed], numbers: usize) -> Vec<Tried> {
     let means = |release: &Observed| Some(Means::of(release, release.swing.as_ref()?));
     let means: Option<Vec<Means>> = releases.iter().map(means).collect();

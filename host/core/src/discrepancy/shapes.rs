@@ -4,13 +4,8 @@ use crate::effects::{Moment, State};
 use crate::motion::simulate::{readings_of_all, Grid, Motion};
 
 /// Shapes of the restoring moment, then of the dissipation.
-pub(crate) const SHAPES: usize = STIFFNESS_SHAPES + DAMPING_SHAPES;
+pub(crate) const SHAPES: usize = STIFFNESS_SHAPES + 4;
 pub(super) const STIFFNESS_SHAPES: usize = 5;
-const DAMPING_SHAPES: usize = 4;
-/// Shapes end where the record does: beyond it they are held.
-const SHAPES_REACH: f64 = 1.2;
-/// Dry friction, which is no smooth moment: it has its place among what turns.
-const DRY_FRICTION: usize = SHAPES - 1;
 
 /// A moment beside the model's effects: which, its strength (rad/s2), the largest angle and rate, and the
 /// rest angle.
@@ -31,7 +26,8 @@ pub(crate) fn add_shape(motion: &mut Motion, which: usize, strength: f64, yaw_ra
     let numbers = [which as f64, strength_rad_s2, yaw_rad, wn * yaw_rad, rest_rad];
     // In any case: motions whose moments are alike are followed side by side.
     motion.terms.add_moment::<Shape>(&numbers);
-    if which == DRY_FRICTION {
+    // Dry friction is no smooth moment: it has its place among what turns.
+    if which == SHAPES - 1 {
         motion.terms.rub(strength_rad_s2);
     }
 }
@@ -39,8 +35,8 @@ pub(crate) fn add_shape(motion: &mut Motion, which: usize, strength: f64, yaw_ra
 /// Of the angle Legendre's polynomials less their tangent at zero, and abs(b) b; of the rate Chebyshev's less
 /// theirs, abs(r) r, and dry friction.
 fn shape(which: usize, angle: f64, rate: f64) -> f64 {
-    let (u, v) =
-        (angle.clamp(-SHAPES_REACH, SHAPES_REACH), rate.clamp(-SHAPES_REACH, SHAPES_REACH));
+    // Shapes end where the record does: beyond it they are held.
+    let [u, v] = [angle, rate].map(|x| x.clamp(-1.2, 1.2));
     let (u2, v2) = (u * u, v * v);
     match which {
         0 => 1.5 * u2,
@@ -71,8 +67,7 @@ pub(crate) fn responses(motion: &Motion, grid: &Grid, yaw_rad: f64, step: f64) -
     // The plain one with a strength of nothing: all are followed side by side.
     let all = std::iter::once((0, 0.0)).chain((0..SHAPES).map(|which| (which, step)));
     let motions: Vec<Motion> = all.map(moved).collect();
-    let mut readings = vec![vec![0.0; grid.count]; motions.len()];
-    readings_of_all(&motions, grid, &mut readings);
+    let mut readings = readings_of_all(&motions, grid);
     let mut changed = readings.split_off(1);
     for y in &mut changed {
         y.iter_mut().zip(&readings[0]).for_each(|(y, plain)| *y = (*y - plain) / step);

@@ -2,14 +2,10 @@
 
 use super::shapes::{order, SHAPES, STIFFNESS_SHAPES};
 use super::swing::Swing;
+use crate::fit::fitting::enough;
 use crate::solver::{Normal, Rows};
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
-/// Sizes tried, as shares of the spring's moment: from a millionth to all of it, even in the logarithm.
-const LAW_SIZES: usize = 20;
-const SMALLEST: f64 = 1e-6;
-/// Rounds in which strengths and noise settle.
-const NOISE_ROUNDS: usize = 4;
 /// Residual over the noise beyond which it is more than noise, whose floor is known to some six per cent.
 pub(crate) const ABOVE_NOISE: f64 = 1.1;
 
@@ -32,7 +28,7 @@ impl Observed {
     /// Whether the residuals over the noise are no more than that.
     pub(crate) fn may_be_noise(&self) -> bool {
         let squares: f64 = self.residuals[..self.count].iter().map(|r| r * r).sum();
-        squares <= ABOVE_NOISE * ABOVE_NOISE * self.count as f64
+        squares <= enough(self.count)
     }
 }
 
@@ -153,7 +149,7 @@ impl Sums {
         };
         // Strengths that explain more leave less noise, which settles in a few rounds.
         let mut noise = self.squares / freedom;
-        for _ in 0..NOISE_ROUNDS {
+        for _ in 0..4 {
             noise = at(noise)?.2.max(f64::MIN_POSITIVE) / freedom;
         }
         let (posterior, own, left) = at(noise)?;
@@ -168,17 +164,18 @@ impl Sums {
     /// The sizes of the discrepancy that make the residuals likeliest; none where either gains less than
     /// `needed`.
     pub(super) fn likeliest(&self, share: f64, needed: f64) -> Option<Likeliest> {
-        let size = |step: usize| match step {
+        // None, or from a millionth of the spring's moment to all of it, even in the logarithm.
+        let size = |step: u8| match step {
             0 => 0.0,
-            _ => SMALLEST.powf(1.0 - (step - 1) as f64 / (LAW_SIZES - 1) as f64),
+            _ => f64::powf(1e-6, 1.0 - f64::from(step - 1) / 19.0),
         };
-        let deviations = |stiffness: usize, damping: usize| {
+        let deviations = |stiffness: u8, damping: u8| {
             DVector::from_fn(SHAPES, |k, _| {
                 size(if k < STIFFNESS_SHAPES { stiffness } else { damping }) / order(k)
             })
         };
         let (none, plain) = self.evidence(deviations(0, 0), share)?;
-        let steps = (0..=LAW_SIZES).flat_map(|k| (0..=LAW_SIZES).map(move |d| (k, d)));
+        let steps = (0..=20).flat_map(|k| (0..=20).map(move |d| (k, d)));
         let best = steps
             .filter_map(|(k, d)| {
                 let cost = needed * f64::from(u8::from(k > 0) + u8::from(d > 0));

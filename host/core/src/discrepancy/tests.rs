@@ -28,10 +28,8 @@ fn decay(effects: &[(Effect, f64)], amplitude_deg: f64, seed: u64) -> FreeDecay 
         terms,
     };
     let grid = Grid { start_s: 0.0, step_s: 0.01, count: 6000, mean_width_s: 0.0 };
-    let mut yaw_rad = vec![0.0; grid.count];
-    motion.readings(&grid, &mut yaw_rad);
     let noisy = |y: &f64| y.to_degrees() + 0.05 * rng.sample::<f64, _>(StandardNormal);
-    let yaw_deg = yaw_rad.iter().map(noisy).collect();
+    let yaw_deg = motion.readings(&grid).iter().map(noisy).collect();
     let time_s = (0..grid.count).map(|k| grid.time_s(k)).collect();
     FreeDecay::of(&Record::new("planted", time_s, yaw_deg)).expect("a free decay")
 }

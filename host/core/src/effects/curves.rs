@@ -66,7 +66,7 @@ impl Part {
     }
 
     /// Of the same sign as yaw angle or rate.
-    pub(super) fn is_odd(self) -> bool {
+    pub(crate) fn is_odd(self) -> bool {
         matches!(self, Self::Stiffness | Self::Damping)
     }
 }

@@ -1,10 +1,9 @@
-//! What acts beside a constant moment: about the sensor's zero, or about the angle of rest, as where the sensor
-//! was not zeroed. The numbers are as many; which it is, the record says.
+//! What acts beside a constant moment: about the sensor's zero, or about the angle of rest, as where the
+//! sensor was not zeroed. The numbers are as many; which it is, the record says.
 
 use crate::effects::Effect;
-use crate::fit::fitting::{finished, fit_added, fit_removed, Fitted, Structure};
+use crate::fit::fitting::{fit_added, fit_near, fit_removed, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
-use crate::fit::problem::{solve_one, Release, EVALUATIONS};
 
 /// `inner` with `effect`, about the sensor's zero or the angle of rest.
 pub(crate) fn added(decay: &FreeDecay, inner: &Fitted, effect: &Effect) -> Fitted {
@@ -16,8 +15,8 @@ pub(crate) fn removed(decay: &FreeDecay, model: &Fitted, effect: &Effect) -> Fit
     about_nearer(decay, fit_removed(decay, model, effect))
 }
 
-/// `model`, or with the same numbers and effects the one whose effects act about the angle of rest in place of
-/// the sensor's zero, or the other way round, where that is nearer.
+/// `model`, or with the same numbers and effects the one whose effects act about the angle of rest in place
+/// of the sensor's zero, or the other way round, where that is nearer.
 fn about_nearer(decay: &FreeDecay, model: Fitted) -> Fitted {
     let effects = &model.structure.effects;
     let alone = |e: &Effect| e.moves_rest() || e.line().is_some();
@@ -27,9 +26,7 @@ fn about_nearer(decay: &FreeDecay, model: Fitted) -> Fitted {
     let about_rest = !model.structure.about_rest;
     let structure = Structure { about_rest, ..model.structure.clone() };
     let start = model.numbers_for(&structure).expect("effects of the model");
-    let release = Release { decay, count: model.count };
-    let fit = solve_one(release, &structure, &start, EVALUATIONS);
-    let other = finished(decay, &structure, fit, model.count);
+    let other = fit_near(decay, &structure, &start, model.count);
     let nearer = other.converged && other.sum_of_squares < model.sum_of_squares;
     if nearer {
         other
@@ -43,7 +40,6 @@ mod tests {
     use super::*;
     use crate::fit::fitting::fit_plain;
     use crate::fit::free_decay::Around;
-    use crate::fit::structure::motion;
     use crate::motion::simulate::Grid;
     use crate::record::Record;
 
@@ -58,13 +54,10 @@ mod tests {
             let structure =
                 Structure { effects: effects.to_vec(), about_rest, ..Structure::default() };
             let planted = [wn, 0.01, 0.2, 0.0, cube, moment];
-            let (motion, zero) =
-                motion(&structure, &structure.starts(), &planted, Around::default());
-            let mut yaw_rad = vec![0.0; grid.count];
-            motion.readings(&grid, &mut yaw_rad);
+            let (motion, zero) = structure.motion(&planted, Around::default());
             let noise_deg = |k: usize| 0.02 * (3.88 * (k * k % 997) as f64).sin();
             let read = |(k, y): (usize, &f64)| (y + zero).to_degrees() + noise_deg(k);
-            let yaw_deg = yaw_rad.iter().enumerate().map(read).collect();
+            let yaw_deg = motion.readings(&grid).iter().enumerate().map(read).collect();
             let time_s = (0..grid.count).map(|k| grid.time_s(k)).collect();
             let decay = FreeDecay::of(&Record::new("planted", time_s, yaw_deg)).unwrap();
             let plain = fit_plain(&decay, false, decay.yaw_rad.len());

@@ -2,10 +2,9 @@
 //! is not linear.
 
 use crate::discrepancy::{add_shape, Discrepancy, ABOVE_NOISE, SHAPES};
-use crate::fit::fitted::Fitted;
+use crate::fit::fitted::{not_below_zero, Fitted};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::problem::DIFFERENCE;
-use crate::fit::structure::motion;
 use crate::identify::samples::Samples;
 use crate::identify::windows::{self, windows, Window};
 pub use crate::identify::AtAmplitude;
@@ -14,10 +13,6 @@ use crate::quantity::Quantity;
 use crate::record::Derivative;
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
-
-/// Instants of a cycle, and natural periods within which one has to end.
-const INSTANTS: f64 = 400.0;
-const PERIODS: f64 = 4.0;
 
 /// wn and zeta of `model` at amplitudes from the largest to the smallest that it was fitted to in `decay`,
 /// geometric. Periodic forcing is left out, what drifts is taken as it is when the decay passes the
@@ -96,8 +91,8 @@ fn off(decay: &FreeDecay, model: &Fitted) -> Vec<AtAmplitude> {
     windows::at_amplitudes(&off, Derivative::default())
 }
 
-/// Squares of what the model is off at the nearest of these amplitudes, beyond what noise leaves uncertain; and
-/// no less than over all of them, as what is off passes through zero by chance.
+/// Squares of what the model is off at the nearest of these amplitudes, beyond what noise leaves uncertain;
+/// and no less than over all of them, as what is off passes through zero by chance.
 fn missed(off: &[AtAmplitude], amplitude_deg: f64) -> [f64; 2] {
     let beyond_noise = |a: &AtAmplitude| {
         [a.natural_frequency_rad_s, a.damping_ratio].map(|q| q.value * q.value - q.u * q.u)
@@ -116,9 +111,8 @@ fn of_cycle(
     decay: &FreeDecay,
     missed: [f64; 2],
 ) -> Option<AtAmplitude> {
-    let starts = model.structure.starts();
     let of = |p: &[f64], lacking: Option<(usize, f64)>| {
-        let (mut motion, _) = motion(&model.structure, &starts, p, decay.around());
+        let (mut motion, _) = model.structure.motion(p, decay.around());
         if let Some((which, strength)) = lacking {
             add_shape(&mut motion, which, strength, decay.amplitude_rad);
         }
@@ -163,9 +157,8 @@ fn of_cycle(
             }
         }
     }
-    // By `max` what is not known would be zero.
-    let known = |variance: f64| if variance < 0.0 { 0.0 } else { variance };
-    let quantity = |q: usize| Quantity::new(values[q], (known(variances[q]) + missed[q]).sqrt());
+    let variance = |q: usize| not_below_zero(variances[q]) + missed[q];
+    let quantity = |q: usize| Quantity::new(values[q], variance(q).sqrt());
     Some(AtAmplitude {
         amplitude_deg: decay.measurand.shown(amplitude_rad),
         natural_frequency_rad_s: quantity(0),
@@ -174,13 +167,13 @@ fn of_cycle(
 }
 
 /// wn and zeta of the cycle that begins at `start_s` at rest, `amplitude_rad` from the rest angle. `None`
-/// where none ends.
+/// where none ends within four natural periods.
 fn cycle(motion: &Motion, amplitude_rad: f64, start_s: f64) -> Option<[f64; 2]> {
     let free = Motion { terms: motion.terms.free(), ..motion.clone() };
     let rest = free.rest_rad();
     let begun = Motion { yaw_rad: rest + amplitude_rad, rate_rad_s: 0.0, ..free };
-    let step_s = TAU / begun.natural_frequency_rad_s / INSTANTS;
-    let count = (PERIODS * INSTANTS) as usize;
+    let step_s = TAU / begun.natural_frequency_rad_s / 400.0;
+    let count = 4 * 400;
     let grid = Grid { start_s, step_s, count, mean_width_s: 0.0 };
     let (yaw, rate) = begun.readings_and_rates(&grid);
     // Through zero rate on the far side, then on this one.
@@ -200,17 +193,21 @@ mod tests {
     use crate::record::Record;
     use std::f64::consts::PI;
 
-    /// What dissipation nearly as steep as dry friction holds where it begins has no cycle; the integration's own
-    /// chatter about zero rate is none.
+    fn motion(wn: f64, damping_ratio: f64, effect: Option<(Effect, &[f64])>) -> Motion {
+        Motion {
+            natural_frequency_rad_s: wn,
+            damping_ratio,
+            yaw_rad: 0.1,
+            rate_rad_s: 0.0,
+            terms: Terms::of(effect),
+        }
+    }
+
+    /// What dissipation nearly as steep as dry friction holds where it begins has no cycle; the integration's
+    /// own chatter about zero rate is none.
     #[test]
     fn no_cycle_begins_where_the_model_is_held() {
-        let motion = Motion {
-            natural_frequency_rad_s: 20.0,
-            damping_ratio: 0.016,
-            yaw_rad: 0.2,
-            rate_rad_s: 0.0,
-            terms: Terms::of([(Effect::PowerDamping, &[0.56, 0.065][..])]),
-        };
+        let motion = motion(20.0, 0.016, Some((Effect::PowerDamping, &[0.56, 0.065])));
         assert!(cycle(&motion, 0.1, 0.0).is_some());
         assert_eq!(cycle(&motion, 4e-4, 0.0), None);
     }
@@ -220,15 +217,7 @@ mod tests {
     fn a_cycle_has_the_period_and_the_decrement_of_the_closed_forms() {
         let (wn, a) = (7.0, 1.2f64);
         let of = |zeta: f64, effect: Option<(Effect, &[f64])>| {
-            let terms = Terms::of(effect);
-            let motion = Motion {
-                natural_frequency_rad_s: wn,
-                damping_ratio: zeta,
-                yaw_rad: 0.1,
-                rate_rad_s: 0.0,
-                terms,
-            };
-            cycle(&motion, a, 0.0).expect("a cycle")
+            cycle(&motion(wn, zeta, effect), a, 0.0).expect("a cycle")
         };
         let damped = wn * (1.0 - 0.02f64 * 0.02).sqrt();
         let [frequency, zeta] = of(0.02, None);
@@ -251,15 +240,8 @@ mod tests {
         assert!((frequency / wn - 1.0).abs() < 1e-6, "{frequency}");
         assert!((zeta / ((a / end).ln() / (2.0 * PI)) - 1.0).abs() < 1e-4, "{zeta}");
         // One that is held before the cycle ends has none.
-        let held = Terms::of([(Effect::CoulombFriction, &[30.0][..])]);
-        let motion = Motion {
-            natural_frequency_rad_s: wn,
-            damping_ratio: 0.0,
-            yaw_rad: 0.1,
-            rate_rad_s: 0.0,
-            terms: held,
-        };
-        assert_eq!(cycle(&motion, a, 0.0), None);
+        let held = motion(wn, 0.0, Some((Effect::CoulombFriction, &[30.0])));
+        assert_eq!(cycle(&held, a, 0.0), None);
     }
 
     /// Runge and Kutta's steps of half a millisecond for 30 s from `b` at rest, read every ten milliseconds.
@@ -306,9 +288,9 @@ mod tests {
         assert!(miss(linear) > miss(held), "{linear}, {held}");
     }
 
-    /// A periodic moment beats with the oscillation: windows of three cycles swing by a per cent and more. In the
-    /// readings of a model that has it they swing alike; where it lacks a little friction its natural frequency is
-    /// as uncertain as that makes it, not as the windows swing.
+    /// A periodic moment beats with the oscillation: windows of three cycles swing by a per cent and more. In
+    /// the readings of a model that has it they swing alike; where it lacks a little friction its natural
+    /// frequency is as uncertain as that makes it, not as the windows swing.
     #[test]
     fn windows_that_beat_do_not_make_a_model_uncertain_that_beats_alike() {
         let (wn, zeta) = (10.0, 0.004);

@@ -5,10 +5,10 @@ use crate::discrepancy::Discrepancy;
 use crate::effects::Effect;
 use crate::fit::free_decay::{Around, FreeDecay};
 use crate::fit::problem::{problem_of_one, Release};
-use crate::fit::structure::{motion, Structure, PLAIN};
+use crate::fit::structure::{Structure, PLAIN};
 use crate::motion::oscillator::{Grid, Motion};
 use crate::quantity::Quantity;
-use crate::statistics::independent_share;
+use crate::statistics::{correlation, independent_share};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
@@ -44,11 +44,12 @@ fn between(covariance: &DMatrix<f64>, a: &[f64], b: &[f64]) -> f64 {
     pairs.map(|(i, j)| a[i] * b[j] * covariance[(i, j)]).sum()
 }
 
-/// Of a variance, which rounding may leave a little below zero; what is not known stays so.
-fn deviation(variance: f64) -> f64 {
-    match variance < 0.0 {
-        true => 0.0,
-        false => variance.sqrt(),
+/// A variance, which rounding may have left a little below zero; what is not known (no number) stays so.
+pub(super) fn not_below_zero(variance: f64) -> f64 {
+    if variance < 0.0 {
+        0.0
+    } else {
+        variance
     }
 }
 
@@ -79,7 +80,6 @@ pub struct Fitted {
     /// Squares of what natural frequency and damping ratio at rest are off the record's own at its smallest
     /// amplitudes.
     pub(crate) missed: [f64; 2],
-    starts: Vec<usize>,
     around: Around,
 }
 
@@ -93,17 +93,14 @@ impl Fitted {
         covariance: Option<DMatrix<f64>>,
         around: Around,
     ) -> Self {
-        let lag: f64 = residuals.windows(2).map(|w| w[0] * w[1]).sum();
-        let power: f64 = residuals.iter().map(|r| r * r).sum();
         let mut fitted = Self {
-            starts: structure.starts(),
             structure,
             parameters,
-            sum_of_squares: power,
+            sum_of_squares: residuals.iter().map(|r| r * r).sum(),
             count: residuals.len(),
             converged,
             covariance,
-            correlation: if power > 0.0 { lag / power } else { 0.0 },
+            correlation: correlation(std::slice::from_ref(&residuals)),
             residuals,
             inflation: 1.0,
             modal_inflation: 1.0,
@@ -183,9 +180,8 @@ impl Fitted {
     }
     /// What it puts into a difference of BIC ([`bic::Score::gain_over`]).
     pub fn bic(&self) -> bic::Score {
-        let Self { sum_of_squares, .. } = *self;
         bic::Score {
-            sum_of_squares,
+            sum_of_squares: self.sum_of_squares,
             independent: self.effective_count(),
             numbers: self.parameters.len(),
         }
@@ -224,9 +220,9 @@ impl Fitted {
 
     /// The angle of rest on the sensor's scale, rad, about which the effects act, where the fit varies it.
     pub(crate) fn rest_rad(&self) -> Option<Quantity> {
-        let moment = self.structure.effects.iter().position(Effect::moves_rest);
-        match moment.filter(|_| self.structure.about_rest).map(|k| self.starts[k]) {
-            Some(at) => {
+        let moment = self.structure.places().find(|(effect, _)| effect.moves_rest());
+        match moment.filter(|_| self.structure.about_rest) {
+            Some((_, at)) => {
                 let (wn, moment) = (self.parameters[0], self.parameters[at]);
                 let rest = moment / wn.powi(2);
                 let mut row = vec![0.0; self.parameters.len()];
@@ -240,7 +236,7 @@ impl Fitted {
     /// `value` with the uncertainty that its derivatives by the fitted numbers, a `row`, give it.
     fn quantity(&self, value: f64, row: &[f64]) -> Quantity {
         let variance = self.covariance.as_ref().map_or(f64::NAN, |c| between(c, row, row));
-        Quantity::new(value, deviation(variance * self.inflation))
+        Quantity::new(value, not_below_zero(variance * self.inflation).sqrt())
     }
     /// `effect.name` and value with u of every number of the effects, in the units that
     /// [`Effect::parameters`] states.
@@ -274,13 +270,11 @@ impl Fitted {
 
     /// Name, value and derivatives by the fitted numbers of each of the users' numbers of the effects.
     fn published(&self) -> impl Iterator<Item = (String, f64, Vec<f64>)> + '_ {
-        self.structure.effects.iter().zip(&self.starts).flat_map(move |(effect, &at)| {
-            let varied = self.of_effect(effect, at);
-            let (values, rows) = effect.published(varied);
+        self.structure.places().flat_map(move |(effect, at)| {
+            let (values, rows) = effect.published(self.of_effect(effect, at));
             let names = effect.parameters().iter().map(move |p| format!("{effect}.{}", p.name));
-            let all = self.parameters.len();
             let row = move |own: Vec<f64>| {
-                let mut row = vec![0.0; all];
+                let mut row = vec![0.0; self.parameters.len()];
                 row[at..at + own.len()].copy_from_slice(&own);
                 row
             };
@@ -288,29 +282,27 @@ impl Fitted {
         })
     }
     fn of_effect(&self, effect: &Effect, at: usize) -> &[f64] {
-        let n = effect.parameters().len();
-        &self.parameters[at..at + n]
+        &self.parameters[at..at + effect.parameters().len()]
     }
     /// The numbers of `effect` as the fit varies them ([`Effect::varied`]); `None` where it is not in the
     /// model.
     pub fn varied(&self, effect: &Effect) -> Option<&[f64]> {
-        let k = self.structure.effects.iter().position(|e| e == effect)?;
-        Some(self.of_effect(effect, self.starts[k]))
+        Some(self.of_effect(effect, self.structure.place(effect)?))
     }
     /// The numbers as `structure` orders them, zero for an effect that is not in the model, each with its
     /// variance where it is known.
     pub(crate) fn in_order_of(&self, structure: &Structure) -> (Vec<f64>, Vec<Option<f64>>) {
         let mut from: Vec<Option<usize>> = (0..structure.own_numbers()).map(Some).collect();
         for effect in &structure.effects {
-            let k = self.structure.effects.iter().position(|e| e == effect);
-            from.extend((0..effect.parameters().len()).map(|i| k.map(|k| self.starts[k] + i)));
+            let at = self.structure.place(effect);
+            from.extend((0..effect.parameters().len()).map(|i| at.map(|at| at + i)));
         }
         let value = |at: &Option<usize>| at.map_or(0.0, |at| self.parameters[at]);
         let variance = |at: &Option<usize>| Some(self.covariance.as_ref()?[((*at)?, (*at)?)]);
         (from.iter().map(value).collect(), from.iter().map(variance).collect())
     }
-    /// The numbers for a fit of `structure`; none where it has an effect more, but for a constant moment in place of
-    /// the sensor's zero.
+    /// The numbers for a fit of `structure`; none where it has an effect more, but for a constant moment in
+    /// place of the sensor's zero.
     pub(crate) fn numbers_for(&self, structure: &Structure) -> Option<Vec<f64>> {
         let mut p = self.parameters[..PLAIN].to_vec();
         let zero = |of: &Structure| {
@@ -336,12 +328,11 @@ impl Fitted {
     }
     /// Where the numbers of `effect`, which is in the model, begin.
     pub(crate) fn start_of(&self, effect: &Effect) -> usize {
-        let k = self.structure.effects.iter().position(|e| e == effect);
-        self.starts[k.expect("an effect of the model")]
+        self.structure.place(effect).expect("an effect of the model")
     }
     /// The model's motion, from its fitted state at the first instant.
     pub fn motion(&self) -> Motion {
-        motion(&self.structure, &self.starts, &self.parameters, self.around).0
+        self.structure.motion(&self.parameters, self.around).0
     }
 
     /// The states of what remembers, in the order of the effects, at the first instant of a grid that starts
@@ -352,10 +343,7 @@ impl Fitted {
     }
     /// Readings of the model on `grid`, which begins where the free decay does.
     pub fn readings(&self, grid: &Grid) -> Vec<f64> {
-        let (motion, zero) = motion(&self.structure, &self.starts, &self.parameters, self.around);
-        let mut y = vec![0.0; grid.count];
-        motion.readings(grid, &mut y);
-        y.iter_mut().for_each(|y| *y += zero);
-        y
+        let (motion, zero) = self.structure.motion(&self.parameters, self.around);
+        motion.readings(grid).into_iter().map(|y| y + zero).collect()
     }
 }

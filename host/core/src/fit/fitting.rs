@@ -6,24 +6,10 @@ use crate::discrepancy::ABOVE_NOISE;
 use crate::effects::Effect;
 pub use crate::fit::fitted::{Covariance, Fitted, Modal};
 use crate::fit::free_decay::FreeDecay;
-use crate::fit::problem::{solve_one, Release, EVALUATIONS};
+use crate::fit::problem::{lengthened, problem_of_one, Release, EVALUATIONS};
 use crate::fit::segments::{FINE, FIRST_STEPS};
-use crate::fit::structure::motion;
 pub use crate::fit::structure::{Limit, Number, Structure};
-use crate::motion::simulate::Grid;
 use crate::solver::Fit;
-
-/// Cycles of the first, shortest fit.
-pub(crate) const FIRST_CYCLES: f64 = 5.0;
-pub(crate) const LONGER: f64 = 1.8;
-/// Times a fit to the whole that has not converged is gone on with: the numbers of a law or of a large swing
-/// share what they explain.
-const AGAIN: usize = 4;
-/// Share of a number's standard uncertainty by which the error of a quick simulation may move it: in quadrature
-/// half a per cent of that.
-const MOVED: f64 = 0.1;
-/// For a user's own effect, on from the best start.
-const OWN_EVALUATIONS: usize = 50;
 
 /// Sum of squares over the noise of so many residuals that is no more than noise: no further start is tried.
 pub fn enough(count: usize) -> f64 {
@@ -41,37 +27,45 @@ fn solve_in(
     count: usize,
     max_evaluations: usize,
 ) -> Fit {
-    solve_one(Release { decay, count }, structure, start, max_evaluations)
+    problem_of_one(Release { decay, count }, structure, start).minimise(start, max_evaluations)
 }
 
 /// Fits from `start` over ever longer parts of the first `count` means.
-fn lengthened(decay: &FreeDecay, structure: &Structure, start: &[f64], count: usize) -> Fit {
+fn solve_lengthened(decay: &FreeDecay, structure: &Structure, start: &[f64], count: usize) -> Fit {
     let mut p = start.to_vec();
-    let mut cycles = FIRST_CYCLES;
-    loop {
-        let part = (cycles * decay.per_cycle()) as usize;
-        let fit = solve(decay, structure, &p, part.min(count));
-        if part >= count {
-            return fit;
-        }
+    lengthened(&[Release { decay, count }], |part| {
+        let fit = solve(decay, structure, &p, part[0].count);
         if fit.sum_of_squares.is_finite() {
-            p = fit.parameters;
+            p.clone_from(&fit.parameters);
         }
-        cycles *= LONGER;
+        fit
+    })
+}
+
+/// The one with the smaller sum of squares.
+fn nearer(first: Fit, second: Fit) -> Fit {
+    if second.sum_of_squares < first.sum_of_squares {
+        second
+    } else {
+        first
     }
 }
 
+/// The model that `fit` found.
 pub(crate) fn finished(decay: &FreeDecay, structure: &Structure, fit: Fit, count: usize) -> Fitted {
-    let (motion, zero) = motion(structure, &structure.starts(), &fit.parameters, decay.around());
-    let mut residuals = vec![0.0; count];
-    motion.readings(&Grid { count, ..decay.grid }, &mut residuals);
-    for (r, y) in residuals.iter_mut().zip(&decay.yaw_rad) {
-        *r += zero - y;
-    }
+    let problem = problem_of_one(Release { decay, count }, structure, &fit.parameters);
     let converged = fit.stop.is_minimum();
-    let around = decay.around();
-    let covariance = fit.covariance.ok();
-    Fitted::new(structure.clone(), fit.parameters, residuals, converged, covariance, around)
+    problem.parts[0].fitted(&fit.parameters, converged, fit.covariance.as_ref())
+}
+
+/// `structure` fitted to the first `count` means from numbers near its own.
+pub(crate) fn fit_near(
+    decay: &FreeDecay,
+    structure: &Structure,
+    start: &[f64],
+    count: usize,
+) -> Fitted {
+    finished(decay, structure, solve(decay, structure, start, count), count)
 }
 
 /// The second-order model fitted to the first `count` means, with a free zero of the sensor if
@@ -93,16 +87,12 @@ pub fn fit_plain_within(decay: &FreeDecay, structure: &Structure, count: usize) 
     let [b, r] = decay.measurand.derivative().state([y - middle, slope], wn, zeta);
     let mut start = vec![wn, zeta, b, r];
     start.extend(structure.zero_unknown.then_some(middle));
-    let fit = lengthened(decay, &structure, &start, count);
+    let fit = solve_lengthened(decay, &structure, &start, count);
     // The whole record's mean frequency, where the first cycles' leads to another count of cycles.
-    let mut mean = start.clone();
-    mean[0] = decay.windows.iter().map(|w| w.natural_frequency_rad_s).sum::<f64>()
-        / decay.windows.len().max(1) as f64;
-    mean[1] = decay.windows.iter().map(|w| w.damping_ratio).sum::<f64>()
-        / decay.windows.len().max(1) as f64;
-    let other = solve(decay, &structure, &mean, count);
-    let fit = if other.sum_of_squares < fit.sum_of_squares { other } else { fit };
-    finished(decay, &structure, fit, count)
+    start[0] = decay.mean_of_windows(|w| w.natural_frequency_rad_s);
+    start[1] = decay.mean_of_windows(|w| w.damping_ratio);
+    let other = solve(decay, &structure, &start, count);
+    finished(decay, &structure, nearer(fit, other), count)
 }
 
 /// The first mean and its slope, from the first eighth of a cycle.
@@ -140,83 +130,61 @@ fn first_reading(decay: &FreeDecay) -> (f64, f64) {
 /// ```
 pub fn fit_added(decay: &FreeDecay, inner: &Fitted, effect: &Effect) -> Fitted {
     let structure = inner.structure.with(effect);
-    let count = inner.count;
-    let mut best: Option<Fit> = None;
+    let extended = |start: &Vec<f64>| [&inner.parameters[..], start].concat();
     let starts = crate::fit::starts::of(decay, inner, effect);
-    if structure.effects.iter().any(|e| e.is_own()) {
-        return fit_own(decay, inner, &structure, &starts);
-    }
-    for (k, start) in starts.iter().enumerate() {
-        let mut p = inner.parameters.clone();
-        p.extend(start);
-        let mut fits = vec![];
-        if k == 0 {
-            fits.push(solve(decay, &structure, &p, count));
-            if !fits[0].stop.is_minimum() {
-                fits.push(lengthened(decay, &structure, &p, count));
-            }
-        } else {
-            // A start that is not ahead by now is not going to win.
-            let short = solve_in(decay, &structure, &p, count, FIRST_STEPS);
-            let reached = best.as_ref().map_or(f64::INFINITY, |b| b.sum_of_squares);
-            if short.sum_of_squares < reached && short.evaluations >= FIRST_STEPS {
-                fits.push(solve(decay, &structure, &short.parameters, count));
-            }
-            fits.push(short);
-        }
-        for fit in fits {
-            if best.as_ref().is_none_or(|b| fit.sum_of_squares < b.sum_of_squares) {
-                best = Some(fit);
-            }
-        }
-    }
-    nested(decay, inner, &structure, best.expect("a start for every effect"), effect)
-}
-
-fn nested(
-    decay: &FreeDecay,
-    inner: &Fitted,
-    structure: &Structure,
-    fit: Fit,
-    effect: &Effect,
-) -> Fitted {
-    let mut fitted = finished(decay, structure, fit, inner.count);
+    let starts: Vec<Vec<f64>> = starts.iter().map(extended).collect();
+    let fit = match structure.effects.iter().any(Effect::is_own) {
+        true => from_any_with_own(decay, &structure, &starts, inner.count),
+        false => from_any(decay, &structure, &starts, inner.count),
+    };
+    let mut fitted = finished(decay, &structure, fit, inner.count);
     // An effect kept within limits need not be able to vanish.
     fitted.converged &= structure.limits_effect(effect)
         || fitted.sum_of_squares <= inner.sum_of_squares * (1.0 + 1e-9);
     fitted
 }
 
+/// The nearest fit from any of `starts`, the first of which is the smaller model.
+fn from_any(decay: &FreeDecay, structure: &Structure, starts: &[Vec<f64>], count: usize) -> Fit {
+    let mut best = solve(decay, structure, &starts[0], count);
+    if !best.stop.is_minimum() {
+        best = nearer(best, solve_lengthened(decay, structure, &starts[0], count));
+    }
+    for start in &starts[1..] {
+        // A start that is not ahead by now is not going to win.
+        let short = solve_in(decay, structure, start, count, FIRST_STEPS);
+        if short.sum_of_squares < best.sum_of_squares && short.evaluations >= FIRST_STEPS {
+            best = nearer(best, solve(decay, structure, &short.parameters, count));
+        }
+        best = nearer(best, short);
+    }
+    best
+}
+
 /// The same where there is a user's own effect, whose simulations take long and whose parameters may be many:
 /// a few steps from every start, and on from the best.
-fn fit_own(
+fn from_any_with_own(
     decay: &FreeDecay,
-    inner: &Fitted,
     structure: &Structure,
     starts: &[Vec<f64>],
-) -> Fitted {
-    let begun = |start: &Vec<f64>| {
-        let mut p = inner.parameters.clone();
-        p.extend(start);
-        solve_in(decay, structure, &p, inner.count, FIRST_STEPS)
-    };
+    count: usize,
+) -> Fit {
     let mut best: Option<Fit> = None;
     for start in starts {
-        let fit = begun(start);
+        let fit = solve_in(decay, structure, start, count, FIRST_STEPS);
         if best.as_ref().is_none_or(|b| fit.sum_of_squares.total_cmp(&b.sum_of_squares).is_lt()) {
             best = Some(fit);
         }
-        if best.as_ref().is_some_and(|b| b.sum_of_squares <= enough(inner.count)) {
+        if best.as_ref().is_some_and(|b| b.sum_of_squares <= enough(count)) {
             break;
         }
     }
     let best = best.expect("a start for every effect");
-    let fit = match best.stop.is_minimum() {
+    match best.stop.is_minimum() {
         true => best,
-        false => solve_in(decay, structure, &best.parameters, inner.count, OWN_EVALUATIONS),
-    };
-    let added = structure.effects.last().expect("an effect").clone();
-    nested(decay, inner, structure, fit, &added)
+        // On from the best with more evaluations than any other fit takes.
+        false => solve_in(decay, structure, &best.parameters, count, 50),
+    }
 }
 
 /// `structure` fitted to the first `count` means from given numbers (in the order of [`Fitted::parameters`]),
@@ -226,16 +194,16 @@ pub fn fit_from(decay: &FreeDecay, structure: &Structure, start: &[f64], count: 
     if direct.stop.is_minimum() && direct.sum_of_squares <= enough(count) {
         return finished(decay, structure, direct, count);
     }
-    let longer = lengthened(decay, structure, start, count);
-    let fit = if longer.sum_of_squares < direct.sum_of_squares { longer } else { direct };
-    finished(decay, structure, fit, count)
+    let longer = solve_lengthened(decay, structure, start, count);
+    finished(decay, structure, nearer(direct, longer), count)
 }
 
 /// `structure` fitted to the whole free decay from numbers near its own.
 pub(crate) fn refitted(decay: &FreeDecay, structure: &Structure, start: &[f64]) -> Fitted {
     let count = decay.yaw_rad.len();
     let mut fit = solve(decay, structure, start, count);
-    for _ in 0..AGAIN {
+    // The numbers of a law or of a large swing share what they explain.
+    for _ in 0..4 {
         if fit.stop.is_minimum() || decay.stop.is_requested() {
             break;
         }
@@ -248,7 +216,8 @@ pub(crate) fn refitted(decay: &FreeDecay, structure: &Structure, start: &[f64]) 
     finished(decay, structure, fit, count)
 }
 
-/// `model` once more by precise simulations, as [`JointFit::polished`](crate::fit::joint::JointFit::polished).
+/// `model` once more by precise simulations, as
+/// [`JointFit::polished`](crate::fit::joint::JointFit::polished).
 pub(crate) fn polished(mut model: Fitted, decay: &FreeDecay) -> Fitted {
     let Some(moved) = are_moved_by_steps(&[(&model, decay)]) else { return model };
     if !moved {
@@ -263,10 +232,10 @@ pub(crate) fn polished(mut model: Fitted, decay: &FreeDecay) -> Fitted {
     }
 }
 
-/// Whether the error of a quick simulation's steps may move a number that these `models` share by a share of its
-/// standard uncertainty that counts: all of that error, were it of the number's own shape, over what the models
-/// leave. `None` where one has not converged or a precise simulation of it runs away, of a user's own effect,
-/// which is followed precisely anyway, and once the user stops it.
+/// Whether the error of a quick simulation's steps may move a number that these `models` share by a share of
+/// its standard uncertainty that counts: all of that error, were it of the number's own shape, over what the
+/// models leave. `None` where one has not converged or a precise simulation of it runs away, of a user's own
+/// effect, which is followed precisely anyway, and once the user stops it.
 pub(crate) fn are_moved_by_steps(models: &[(&Fitted, &FreeDecay)]) -> Option<bool> {
     let square = |(model, decay): &(&Fitted, &FreeDecay)| {
         let is_own = model.structure.effects.iter().any(Effect::is_own);
@@ -283,20 +252,20 @@ pub(crate) fn are_moved_by_steps(models: &[(&Fitted, &FreeDecay)]) -> Option<boo
         square.is_finite().then_some(square)
     };
     let squares: Vec<f64> = models.iter().map_at_once(square).collect::<Option<_>>()?;
-    Some(squares.iter().sum::<f64>() > MOVED * MOVED)
+    // By a tenth of that: in quadrature half a per cent of it.
+    Some(squares.iter().sum::<f64>() > 0.1 * 0.1)
 }
 
 /// `model` fitted again to the first `count` means, from its own values.
 pub fn refit(decay: &FreeDecay, model: &Fitted, count: usize) -> Fitted {
-    let direct = solve(decay, &model.structure, &model.parameters, count);
-    finished(decay, &model.structure, direct, count)
+    fit_near(decay, &model.structure, &model.parameters, count)
 }
 
 /// `model` with its effects in another order, its values kept and fitted once more.
 pub(crate) fn reordered(decay: &FreeDecay, model: &Fitted, effects: &[Effect]) -> Fitted {
     let structure = Structure { effects: effects.to_vec(), ..model.structure.clone() };
     let p = model.numbers_for(&structure).expect("effects of the model");
-    finished(decay, &structure, solve(decay, &structure, &p, model.count), model.count)
+    fit_near(decay, &structure, &p, model.count)
 }
 
 /// `model` less `effect`, fitted from what is left of its values.

@@ -2,7 +2,6 @@
 
 use crate::effects::Scale;
 use crate::error::Result;
-use crate::fit::floor;
 use crate::fit::lines::{self, SteadyLine};
 use crate::fit::noise::{Colour, Spectrum};
 use crate::fit::noise_floor;
@@ -20,18 +19,6 @@ use std::sync::Arc;
 
 /// Block means per cycle: those on which residual and noise floor are compared.
 pub(crate) const MEANS_PER_CYCLE: f64 = 50.0;
-
-/// Share of the largest amplitude from which on a rise is looked for; a rise from one window to the next, and
-/// a damping ratio within one.
-const BEATING_FROM: f64 = 0.15;
-const RISE: f64 = 1.03;
-const RISING: f64 = 0.003;
-
-/// Movement of a held model, as a share of the amplitude.
-const STILL: f64 = 0.03;
-/// Part of a cycle after the release beyond which the first mean is taken to be late, and the release looked
-/// for.
-const LATE: f64 = 0.15;
 
 /// `record` with so many samples a second, and the samples it is made of where they did not come evenly.
 fn evenly(record: &Record, rate_hz: f64) -> Result<(Cow<'_, Record>, Option<Record>)> {
@@ -189,7 +176,7 @@ impl FreeDecay {
             noise_rad: noise
                 .mean_rad
                 .max(1e-9 * reading_rad)
-                .max(of_model(floor::of_steps(as_read, measurand.shown(noise.sample_rad)))),
+                .max(of_model(noise_floor::of_steps(as_read, measurand.shown(noise.sample_rad)))),
             spectrum: noise.spectrum.into(),
             colour: noise.colour,
             sample_noise_rad: noise.sample_rad,
@@ -223,11 +210,13 @@ impl FreeDecay {
         }
         let before = all.between(all.time_s[0], begin_s).block_means(self.block);
         let level = *before.yaw_deg.first()?;
-        let still = self.measurand.shown((6.0 * self.noise_rad).max(STILL * self.reading_rad()));
+        // A model that is held moves little.
+        let still = self.measurand.shown((6.0 * self.noise_rad).max(0.03 * self.reading_rad()));
         let inside = before.yaw_deg.iter().take_while(|y| (*y - level).abs() <= still).count();
         let held = inside as f64 > 0.5 * self.per_cycle();
         let release_time_s = if held { before.time_s[inside - 1] } else { all.time_s[0] };
-        if begin_s - release_time_s < LATE * self.per_cycle() * self.grid.step_s {
+        // Within so small a part of a cycle the first mean is not late.
+        if begin_s - release_time_s < 0.15 * self.per_cycle() * self.grid.step_s {
             return None;
         }
         // The first means after the hold may still hold some of it.
@@ -254,22 +243,18 @@ impl FreeDecay {
 
     /// With the floor of coloured noise as the record and the `residuals` of a good model show it; where the
     /// record itself shows none, if they do so beyond doubt.
-    pub(crate) fn with_noise_of(self, residuals: &[f64]) -> Self {
+    pub(crate) fn with_noise_of(mut self, residuals: &[f64]) -> Self {
         let turn = TAU / self.per_cycle();
         let shown = self.spectrum.with_residuals(residuals, turn, self.block);
         let colour = match self.colour {
             Some(_) => shown.some_colour(self.block),
             None => shown.colour(self.block),
         };
-        let most = residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64;
-        let block = self.block;
-        self.coloured(colour.map(|colour| colour.at_most(most, block)))
-    }
-
-    fn coloured(mut self, colour: Option<Colour>) -> Self {
         if let Some(colour) = colour {
+            let most = residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64;
+            let colour = colour.at_most(most, self.block);
             self.noise_rad = colour.mean_variance(self.block).sqrt().max(1e-9 * self.reading_rad());
-            self.sample_noise_rad = (colour.white_variance + colour.coloured_variance).sqrt();
+            self.sample_noise_rad = colour.sample_rad();
             self.colour = Some(colour);
         }
         self
@@ -306,12 +291,18 @@ impl FreeDecay {
         }
     }
 
+    /// The mean over the windows of what `of` takes of each.
+    pub(crate) fn mean_of_windows(&self, of: fn(&WindowEstimate) -> f64) -> f64 {
+        self.windows.iter().map(of).sum::<f64>() / self.windows.len().max(1) as f64
+    }
+
     /// Whether the amplitude rises again after it has fallen, from one window to the next or within one.
     pub(crate) fn beats(&self) -> bool {
         let largest = self.windows.iter().map(|w| w.amplitude_deg).fold(0.0, f64::max);
-        let shown = |w: &WindowEstimate| w.amplitude_deg > BEATING_FROM * largest;
+        // At small amplitudes a rise may be the noise's.
+        let shown = |w: &WindowEstimate| w.amplitude_deg > 0.15 * largest;
         let rises = |w: &[WindowEstimate]| {
-            w[1].amplitude_deg > RISE * w[0].amplitude_deg || w[1].damping_ratio < -RISING
+            w[1].amplitude_deg > 1.03 * w[0].amplitude_deg || w[1].damping_ratio < -0.003
         };
         self.windows.iter().any(|w| w.damping_ratio > 0.0)
             && self.windows.windows(2).any(|w| shown(&w[1]) && rises(w))

@@ -14,19 +14,15 @@ use crate::at_once::AtOnce;
 use crate::bic;
 use crate::effects::Effect;
 use crate::fit::at_amplitude::with_windows;
-use crate::fit::fitting::{are_moved_by_steps, enough, Fitted, Structure, FIRST_CYCLES, LONGER};
+use crate::fit::fitting::{are_moved_by_steps, enough, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 pub use crate::fit::problem::Release;
-use crate::fit::problem::{JointProblem, EVALUATIONS};
+use crate::fit::problem::{lengthened, JointProblem, Part, EVALUATIONS};
 use crate::fit::sharing::Places;
 pub use crate::fit::sharing::Sharing;
 use crate::quantity::Quantity;
 use crate::solver::{off_bounds, Fit};
 use nalgebra::DMatrix;
-
-/// Sum of squares over that of the releases by themselves, up to which what they have in common has led to no
-/// other count of cycles.
-const NEAR: f64 = 1.5;
 
 /// A model fitted to several releases at once.
 #[derive(Clone, Debug)]
@@ -51,38 +47,15 @@ pub struct JointFit {
 }
 
 impl JointFit {
-    fn new(
-        releases: &[Release],
-        structure: &Structure,
-        sharing: &Sharing,
-        together: JointProblem,
-        fit: Fit,
-    ) -> Self {
+    fn new(structure: &Structure, sharing: &Sharing, together: JointProblem, fit: Fit) -> Self {
         let covariance = with_pressed(&fit, &together.bounds);
         let converged = fit.stop.is_minimum();
-        let mut fits: Vec<Fitted> = releases
-            .iter()
-            .zip(&together.parts)
-            .map_at_once(|(release, part)| {
-                let p: Vec<f64> = part.places.iter().map(|&at| fit.parameters[at]).collect();
-                let mut residuals = vec![0.0; release.count];
-                part.readings(&p, &mut residuals);
-                for (r, y) in residuals.iter_mut().zip(&release.decay.yaw_rad) {
-                    *r -= y;
-                }
-                let n = part.places.len();
-                let own = covariance
-                    .as_ref()
-                    .map(|c| DMatrix::from_fn(n, n, |a, b| c[(part.places[a], part.places[b])]));
-                let around = release.decay.around();
-                let structure = part.structure.clone();
-                Fitted::new(structure, p, residuals, converged, own, around)
-            })
-            .collect();
+        let fitted = |part: &Part| part.fitted(&fit.parameters, converged, covariance.as_ref());
+        let mut fits: Vec<Fitted> = together.parts.iter().map_at_once(fitted).collect();
         let count = fits.iter().map(|fit| fit.count).sum();
         let effective: f64 = fits.iter().map(Fitted::effective_count).sum();
         let inflation = count as f64 / effective;
-        let widening = widening(releases, sharing, &fits, fit.variance() * inflation);
+        let widening = widening(&together.parts, sharing, &fits, fit.variance() * inflation);
         for (f, widening) in fits.iter_mut().zip(widening) {
             f.inflation = inflation;
             f.modal_inflation = inflation * widening;
@@ -105,8 +78,7 @@ impl JointFit {
     /// those of one rig.
     pub fn with_discrepancy(mut self, releases: &[Release]) -> Self {
         let Some(covariance) = &self.covariance else { return self };
-        let starts: Vec<Vec<f64>> = self.fits.iter().map(|fit| fit.parameters.clone()).collect();
-        let problem = JointProblem::new(releases, &self.structure, &self.sharing, &starts);
+        let problem = JointProblem::new(releases, &self.structure, &self.sharing, &self.starts());
         let fixed: Vec<bool> = covariance
             .diagonal()
             .iter()
@@ -117,9 +89,7 @@ impl JointFit {
         let Some(found) = problem.discrepancy(&self.parameters, &fixed) else { return self };
         let covariance = covariance * (found.left / self.over_noise().powi(2)) + found.covariance();
         for (fit, places) in self.fits.iter_mut().zip(&self.places.of) {
-            let n = places.len();
-            let own = |a: usize, b: usize| covariance[(places[a], places[b])];
-            fit.covariance = Some(DMatrix::from_fn(n, n, own));
+            fit.covariance = Some(covariance.select_rows(places).select_columns(places));
             fit.modal_inflation /= fit.inflation;
             fit.inflation = 1.0;
             fit.discrepancy = Some(found.of_release(places));
@@ -130,31 +100,33 @@ impl JointFit {
         self
     }
 
-    /// This, or where its sum of squares is not `near` what it may be the fit over ever longer parts of the releases:
-    /// what one has in common with the others may lead to another count of cycles in all of it.
+    /// This, or where its sum of squares is not `near` what it may be the fit over ever longer parts of the
+    /// releases: what one has in common with the others may lead to another count of cycles in all of it.
     fn or_lengthened(self, near: f64, releases: &[Release], mut starts: Vec<Vec<f64>>) -> Self {
         if self.converged && self.sum_of_squares <= near {
             return self;
         }
-        let mut cycles = FIRST_CYCLES;
-        loop {
-            let mut parts = releases.to_vec();
-            for part in &mut parts {
-                part.count = part.count.min((cycles * part.decay.per_cycle()) as usize);
-            }
-            let found = fit(&parts, &self.structure, &self.sharing, &starts);
-            if parts.iter().zip(releases).all(|(part, whole)| part.count == whole.count) {
-                return if found.is_better_than(&self) { found } else { self };
-            }
+        let found = lengthened(releases, |parts| {
+            let found = fit(parts, &self.structure, &self.sharing, &starts);
             if found.sum_of_squares.is_finite() {
-                starts = found.fits.iter().map(|fit| fit.parameters.clone()).collect();
+                starts = found.starts();
             }
-            cycles *= LONGER;
+            found
+        });
+        if found.is_better_than(&self) {
+            found
+        } else {
+            self
         }
     }
 
-    /// The same by precise simulations, fitted again where the error of quick ones moves its numbers: they are
-    /// then those of the equation, whatever integrates it. As it is where that does not converge.
+    /// The numbers of each release.
+    fn starts(&self) -> Vec<Vec<f64>> {
+        self.fits.iter().map(|fit| fit.parameters.clone()).collect()
+    }
+
+    /// The same by precise simulations, fitted again where the error of quick ones moves its numbers: they
+    /// are then those of the equation, whatever integrates it. As it is where that does not converge.
     pub fn polished(mut self, releases: &[Release]) -> Self {
         let each: Vec<(&Fitted, &FreeDecay)> =
             self.fits.iter().zip(releases.iter().map(|release| release.decay)).collect();
@@ -164,8 +136,7 @@ impl JointFit {
             self.fits.iter_mut().for_each(|fit| fit.structure = fit.structure.precisely());
             return self;
         }
-        let starts: Vec<Vec<f64>> = self.fits.iter().map(|fit| fit.parameters.clone()).collect();
-        let polished = fit(releases, &self.structure.precisely(), &self.sharing, &starts);
+        let polished = fit(releases, &self.structure.precisely(), &self.sharing, &self.starts());
         if polished.converged {
             polished
         } else {
@@ -173,7 +144,8 @@ impl JointFit {
         }
     }
 
-    /// The same numbers, to be simulated quickly: where thousands of simulations follow, one model is like the other.
+    /// The same numbers, to be simulated quickly: where thousands of simulations follow, one model is like
+    /// the other.
     pub fn quickly(mut self) -> Self {
         self.structure.precise = false;
         self.fits.iter_mut().for_each(|fit| fit.structure.precise = false);
@@ -194,9 +166,8 @@ impl JointFit {
 
     /// What it puts into a difference of BIC ([`bic::Score::gain_over`]).
     pub fn bic(&self) -> bic::Score {
-        let Self { sum_of_squares, .. } = *self;
         bic::Score {
-            sum_of_squares,
+            sum_of_squares: self.sum_of_squares,
             independent: self.effective_count(),
             numbers: self.parameters.len(),
         }
@@ -211,9 +182,8 @@ impl JointFit {
     /// Where number `number` (of those the fit varies) of `effect` in `release` is among
     /// [`Self::parameters`].
     pub fn place(&self, effect: &Effect, number: usize, release: usize) -> Option<usize> {
-        let own = &self.fits[release].structure;
-        let k = own.effects.iter().position(|e| e == effect)?;
-        Some(self.places.of[release][own.starts()[k] + number])
+        let at = self.fits[release].structure.place(effect)?;
+        Some(self.places.of[release][at + number])
     }
 
     /// Covariance of two of [`Self::parameters`], inflated for correlated residuals. NaN where the fit has
@@ -248,12 +218,12 @@ impl JointFit {
 /// than its share in the joint fit: mean square of its condition's residuals over the noise, inflated for
 /// their correlation, over `common`, the same of all releases. Where the model explains some releases and
 /// others not, an average over all would make the others too certain.
-fn widening(releases: &[Release], sharing: &Sharing, fits: &[Fitted], common: f64) -> Vec<f64> {
+fn widening(releases: &[Part], sharing: &Sharing, fits: &[Fitted], common: f64) -> Vec<f64> {
     let of_group = |group: usize| {
         let (mut squares, mut count, mut effective, mut numbers) = (0.0, 0.0, 0.0, 2.0);
-        for ((release, fit), own) in releases.iter().zip(fits).zip(&sharing.modal) {
+        for ((part, fit), own) in releases.iter().zip(fits).zip(&sharing.modal) {
             if *own == group {
-                squares += fit.sum_of_squares / release.decay.noise_rad.powi(2);
+                squares += fit.sum_of_squares / part.release.decay.noise_rad.powi(2);
                 count += fit.count as f64;
                 effective += fit.effective_count();
                 numbers += (fit.structure.own_numbers() - 2) as f64;
@@ -267,7 +237,7 @@ fn widening(releases: &[Release], sharing: &Sharing, fits: &[Fitted], common: f6
 
 /// The covariance with a variance for numbers that ended on a bound without being fixed.
 fn with_pressed(fit: &Fit, bounds: &[(f64, f64)]) -> Option<DMatrix<f64>> {
-    let covariance = fit.covariance.as_ref().ok()?;
+    let covariance = fit.covariance.as_ref()?;
     let is_pressed = |j: usize| fit.at_bound[j] && bounds[j].0 < bounds[j].1;
     Some(off_bounds(covariance, &fit.normal_matrix, fit.variance(), is_pressed))
 }
@@ -294,10 +264,8 @@ fn with_pressed(fit: &Fit, bounds: &[(f64, f64)]) -> Option<DMatrix<f64>> {
 ///         terms: Terms::of([(Effect::CoulombFriction, &[0.05][..])]),
 ///     };
 ///     let grid = Grid { start_s: 0.0, step_s: 0.005, count: 4000, mean_width_s: 0.0 };
-///     let mut yaw_rad = vec![0.0; grid.count];
-///     motion.readings(&grid, &mut yaw_rad);
 ///     let reading = |(k, y): (usize, &f64)| y.to_degrees() + noise(k as u64);
-///     let yaw_deg = yaw_rad.iter().enumerate().map(reading).collect();
+///     let yaw_deg = motion.readings(&grid).iter().enumerate().map(reading).collect();
 ///     let time_s = (0..grid.count).map(|k| grid.time_s(k)).collect();
 ///     FreeDecay::of(&Record::new("mine", time_s, yaw_deg)).unwrap()
 /// });
@@ -320,10 +288,21 @@ pub fn fit(
     sharing: &Sharing,
     starts: &[Vec<f64>],
 ) -> JointFit {
+    fit_weighted(releases, structure, sharing, starts, &|_, _| None)
+}
+
+/// The same, each number of each release with this `weight` where it is known.
+fn fit_weighted(
+    releases: &[Release],
+    structure: &Structure,
+    sharing: &Sharing,
+    starts: &[Vec<f64>],
+    weight: &dyn Fn(usize, usize) -> Option<f64>,
+) -> JointFit {
     let together = JointProblem::new(releases, structure, sharing, starts);
-    let start = together.gathered(starts, &|_, _| None);
+    let start = together.gathered(starts, weight);
     let fit = together.minimise(&start, EVALUATIONS);
-    JointFit::new(releases, structure, sharing, together, fit)
+    JointFit::new(structure, sharing, together, fit)
 }
 
 /// Fits `structure` from each release's own fit, which holds every effect that `sharing` gives the release;
@@ -334,21 +313,17 @@ pub fn fit_from(
     sharing: &Sharing,
     singles: &[&Fitted],
 ) -> JointFit {
-    let ordered: Vec<(Vec<f64>, Vec<Option<f64>>)> = singles
-        .iter()
-        .enumerate()
-        .map(|(i, single)| single.in_order_of(&sharing.of_release(structure, i)))
-        .collect();
-    let starts: Vec<Vec<f64>> = ordered.iter().map(|o| o.0.clone()).collect();
-    let together = JointProblem::new(releases, structure, sharing, &starts);
-    let weight = |i: usize, j: usize| ordered[i].1[j].filter(|v| *v > 0.0).map(f64::recip);
-    let start = together.gathered(&starts, &weight);
-    let fit = together.minimise(&start, EVALUATIONS);
-    let direct = JointFit::new(releases, structure, sharing, together, fit);
+    let ordered =
+        |(i, single): (usize, &&Fitted)| single.in_order_of(&sharing.of_release(structure, i));
+    let (starts, variances): (Vec<Vec<f64>>, Vec<Vec<Option<f64>>>) =
+        singles.iter().enumerate().map(ordered).unzip();
+    let weight = |i: usize, j: usize| variances[i][j].filter(|v| *v > 0.0).map(f64::recip);
+    let direct = fit_weighted(releases, structure, sharing, &starts, &weight);
     let over =
         |(r, single): (&Release, &&Fitted)| single.sum_of_squares / r.decay.noise_rad.powi(2);
     let apart: f64 = releases.iter().zip(singles).map(over).sum();
-    let near = NEAR * apart.max(enough(direct.count));
+    // Where what they have in common leads to another count of cycles it is far more.
+    let near = 1.5 * apart.max(enough(direct.count));
     direct.or_lengthened(near, releases, starts)
 }
 

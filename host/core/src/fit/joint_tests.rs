@@ -15,8 +15,7 @@ fn decay(wn: f64, c: f64) -> FreeDecay {
         rate_rad_s: 0.0,
         terms,
     };
-    let mut yaw_rad = vec![0.0; grid.count];
-    motion.readings(&grid, &mut yaw_rad);
+    let yaw_rad = motion.readings(&grid);
     FreeDecay {
         lines: Vec::new(),
         warnings: Vec::new(),

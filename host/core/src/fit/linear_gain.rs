@@ -5,7 +5,7 @@ use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::problem::{problem_of_one, Release};
 use crate::solver::{Normal, Problem, Rows};
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::Cholesky;
 
 /// A model to which effects may be added.
 pub(crate) struct Screen<'a> {
@@ -76,12 +76,11 @@ fn gain_at(normal: &Normal, n: usize, bounds: (f64, f64)) -> Option<(f64, usize)
     let (a, g) = (normal.matrix(), normal.gradient());
     let only_up = bounds.0 == 0.0;
     let used: Vec<usize> = (0..g.len()).filter(|&i| i < n || a[(i, i)] > 0.0).collect();
-    let mut part = DMatrix::from_fn(used.len(), used.len(), |i, j| a[(used[i], used[j])]);
-    let diagonal: Vec<f64> = (0..used.len()).map(|i| part[(i, i)]).collect();
-    for (i, d) in diagonal.iter().enumerate() {
-        part[(i, i)] = d * (1.0 + 1e-10);
+    let mut part = a.select_rows(&used).select_columns(&used);
+    for i in 0..used.len() {
+        part[(i, i)] *= 1.0 + 1e-10;
     }
-    let g = DVector::from_iterator(used.len(), used.iter().map(|&i| g[i]));
+    let g = g.select_rows(&used);
     let step = Cholesky::new(part)?.solve(&g);
     let inward = !only_up || used.len() <= n || -step[n] > 0.0;
     inward.then(|| (step.dot(&g), used.len() - n))

@@ -1,21 +1,10 @@
 //! Steady lines in a reading, far above the oscillation: mains hum and its like, which means of samples would
 //! fold down among the motion.
 
-use crate::fit::noise::{bessel, periodogram, OF_RECORD};
+use crate::fit::noise::{periodogram, OF_RECORD};
 use crate::record::Record;
 use crate::statistics::median;
 use std::f64::consts::{LN_2, PI, TAU};
-
-/// Natural frequencies from which on a line is none of the motion.
-const FROM: f64 = 10.0;
-/// Power over the neighbourhood's, far beyond what noise reaches.
-const POWER_OVER_NOISE: f64 = 60.0;
-/// Bins of the neighbourhood to each side.
-const NEIGHBOURS: usize = 200;
-/// Parts of the record in which a line has the same amplitude and phase, to this share of the amplitude.
-const PARTS: usize = 4;
-const LEAST_STEADY: f64 = 0.5;
-const MOST_LINES: usize = 6;
 
 /// A sine in the reading, of time from the record's own zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,8 +42,9 @@ pub(crate) fn steady(
 ) -> Vec<SteadyLine> {
     let mut left = yaw_deg.to_vec();
     let mut lines = Vec::new();
-    while lines.len() < MOST_LINES {
-        let Some(bin) = strongest(&left, FROM * natural_frequency_rad_s * step_s) else { break };
+    while lines.len() < 6 {
+        // Beyond ten natural frequencies a line is none of the motion.
+        let Some(bin) = strongest(&left, 10.0 * natural_frequency_rad_s * step_s) else { break };
         let line = fitted(&left, start_s, step_s, bin);
         if !is_steady(&left, start_s, step_s, &line) {
             break;
@@ -67,25 +57,26 @@ pub(crate) fn steady(
     lines
 }
 
-/// The bin that stands most above its neighbourhood, beyond `from` rad/sample, if one does.
+/// The bin that stands most above its neighbourhood, beyond `from` rad/sample, if one does by far more than
+/// noise reaches.
 fn strongest(samples: &[f64], from: f64) -> Option<usize> {
     let power = periodogram(samples, &OF_RECORD);
     let lobe = OF_RECORD.lobe_bins.ceil() as usize;
     let first = (from / TAU * samples.len() as f64) as usize + lobe;
     let mut best: Option<(f64, usize)> = None;
-    // The floor changes slowly: a median for each stretch of bins.
-    for from in (first..power.len().saturating_sub(lobe)).step_by(NEIGHBOURS) {
-        let to = (from + NEIGHBOURS).min(power.len());
-        let mut around = power
-            [from.saturating_sub(NEIGHBOURS).max(first)..(to + NEIGHBOURS).min(power.len())]
-            .to_vec();
-        if around.len() < NEIGHBOURS / 2 {
+    // The floor changes slowly: a median for each stretch of so many bins, and as many to each side.
+    let near = 200;
+    for from in (first..power.len().saturating_sub(lobe)).step_by(near) {
+        let to = (from + near).min(power.len());
+        let mut around =
+            power[from.saturating_sub(near).max(first)..(to + near).min(power.len())].to_vec();
+        if around.len() < near / 2 {
             continue;
         }
         let level = median(&mut around) / LN_2;
         for (bin, power) in power.iter().enumerate().take(to).skip(from) {
             let over = power / level;
-            if over > POWER_OVER_NOISE && best.is_none_or(|b| over > b.0) {
+            if over > 60.0 && best.is_none_or(|b| over > b.0) {
                 best = Some((over, bin));
             }
         }
@@ -93,30 +84,30 @@ fn strongest(samples: &[f64], from: f64) -> Option<usize> {
     best.map(|b| b.1)
 }
 
-/// Whether every part of the record holds `line`.
+/// Whether every quarter of the record holds `line`, to half of its amplitude.
 fn is_steady(samples: &[f64], start_s: f64, step_s: f64, line: &SteadyLine) -> bool {
-    let part = samples.len() / PARTS;
+    let part = samples.len() / 4;
     let turn = line.frequency_rad_s * step_s;
-    let window = window(part);
-    (0..PARTS).all(|k| {
+    let window: Vec<f64> = OF_RECORD.weights(part).collect();
+    (0..4).all(|k| {
         let first = k * part;
         let samples = &samples[first..first + part];
         let own = sine(samples, &window, turn, start_s + first as f64 * step_s, step_s);
         let off = (own.cosine_deg - line.cosine_deg).hypot(own.sine_deg - line.sine_deg);
-        off < LEAST_STEADY * line.amplitude_deg()
+        off < 0.5 * line.amplitude_deg()
     })
 }
 
 /// The sine of most power within a bin of `bin`.
 fn fitted(samples: &[f64], start_s: f64, step_s: f64, bin: usize) -> SteadyLine {
-    const GOLDEN: f64 = 0.618_033_988_749_895;
+    let golden = 0.618_033_988_749_895;
     let bin_turn = TAU / samples.len() as f64;
-    let window = window(samples.len());
+    let window: Vec<f64> = OF_RECORD.weights(samples.len()).collect();
     let power = |turn: f64| sine(samples, &window, turn, start_s, step_s).amplitude_deg();
     // The main lobe has one top: golden section.
     let (mut low, mut high) = ((bin as f64 - 1.0) * bin_turn, (bin as f64 + 1.0) * bin_turn);
     while high - low > 1e-4 * bin_turn {
-        let (a, b) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
+        let (a, b) = (high - golden * (high - low), low + golden * (high - low));
         if power(a) > power(b) {
             high = b;
         } else {
@@ -124,11 +115,6 @@ fn fitted(samples: &[f64], start_s: f64, step_s: f64, bin: usize) -> SteadyLine 
         }
     }
     sine(samples, &window, (0.5 * (low + high)).min(PI), start_s, step_s)
-}
-
-fn window(count: usize) -> Vec<f64> {
-    let at = |k: usize| 2.0 * (k as f64 + 0.5) / count as f64 - 1.0;
-    (0..count).map(|k| bessel(OF_RECORD.kaiser * (1.0 - at(k).powi(2)).sqrt())).collect()
 }
 
 /// The sine of `turn` rad/sample in `samples`, as their `window` shows it.

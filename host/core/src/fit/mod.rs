@@ -4,7 +4,6 @@ pub(crate) mod about_rest;
 pub mod at_amplitude;
 pub(crate) mod fitted;
 pub mod fitting;
-pub(crate) mod floor;
 pub mod free_decay;
 pub mod joint;
 pub(crate) mod linear_gain;

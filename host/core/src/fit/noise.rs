@@ -1,4 +1,5 @@
-//! White and coloured noise of a sensor, separated in the spectra of a record and of what a model leaves of it.
+//! White and coloured noise of a sensor, separated in the spectra of a record and of what a model leaves of
+//! it.
 //!
 //! Between the harmonics of the oscillation a record holds nothing but noise, and the response to random
 //! forcing. The means of narrow bands there, lines left out, are fitted by a white level, a lag-one
@@ -10,7 +11,7 @@ use std::f64::consts::{LN_2, PI, TAU};
 /// How a periodogram is taken.
 pub(crate) struct Window {
     /// Shape of Kaiser's window.
-    pub(super) kaiser: f64,
+    kaiser: f64,
     /// Half the width of its main lobe, in bins.
     pub(super) lobe_bins: f64,
     /// Neighbouring bins that say the same through it.
@@ -19,28 +20,22 @@ pub(crate) struct Window {
     wander: f64,
 }
 
+impl Window {
+    /// What each of `count` samples counts.
+    pub(super) fn weights(&self, count: usize) -> impl Iterator<Item = f64> + '_ {
+        (0..count).map(move |k| {
+            let x = 2.0 * (k as f64 + 0.5) / count as f64 - 1.0;
+            bessel(self.kaiser * (1.0 - x * x).sqrt())
+        })
+    }
+}
+
 /// Side lobes 170 dB down, below any oscillation over its noise.
 pub(super) const OF_RECORD: Window =
     Window { kaiser: 18.0, lobe_bins: 6.5, shared_bins: 2.4, wander: 0.05 };
 /// For what a good model leaves.
 pub(crate) const OF_RESIDUALS: Window =
     Window { kaiser: 6.0, lobe_bins: 2.2, shared_bins: 1.5, wander: 0.02 };
-/// Bins in a band at least, and bands at most.
-const LEAST_BINS: usize = 24;
-const MOST_BANDS: usize = 60;
-const FEWEST_BANDS: usize = 6;
-/// Frequencies at which a band's model is evaluated.
-const IN_BAND: usize = 9;
-/// Harmonics of the oscillation left out.
-const HARMONICS: usize = 8;
-/// Lag-one correlations between samples that are tried. Below it is as good as white; above it is a drift.
-const CORRELATIONS: (f64, f64) = (0.15, 0.97);
-const GRID: usize = 36;
-/// Gain of the fit above which a colour is believed: twice a log likelihood. White noise beside a swing
-/// reaches it in one of 1500 records.
-const COLOUR_BELIEVED: f64 = 10.0;
-/// Steps to the likeliest levels at most.
-const SCORINGS: usize = 30;
 /// Deviations beyond this many of their standard deviations count ever less: a moment with corners has lines
 /// far beyond the harmonics that are left out.
 const ROBUST: f64 = 1.5;
@@ -56,6 +51,11 @@ pub(crate) struct Colour {
 }
 
 impl Colour {
+    /// Standard deviation of a sample.
+    pub(super) fn sample_rad(&self) -> f64 {
+        (self.white_variance + self.coloured_variance).sqrt()
+    }
+
     /// Variance of the mean of `block` neighbours.
     pub(crate) fn mean_variance(&self, block: usize) -> f64 {
         let b = block as f64;
@@ -139,7 +139,8 @@ impl Spectrum {
     /// is that of means of `block` samples.
     pub(crate) fn colour(&self, block: usize) -> Option<Colour> {
         let (cost, colour) = self.likeliest(block)?;
-        (fitted(&self.bands, None).0 - cost > COLOUR_BELIEVED).then_some(colour)
+        // Twice a log likelihood: white noise beside a swing reaches it in one of 1500 records.
+        (fitted(&self.bands, None).0 - cost > 10.0).then_some(colour)
     }
 
     /// The same where it is known that there is some.
@@ -149,13 +150,14 @@ impl Spectrum {
 
     /// The correlation that fits best, with its misfit.
     fn likeliest(&self, block: usize) -> Option<(f64, Colour)> {
-        if self.bands.len() < FEWEST_BANDS {
+        if self.bands.len() < 6 {
             return None;
         }
-        // Even in the logarithm of the correlation's time.
-        let (from, to) = (-1.0 / CORRELATIONS.0.ln(), -1.0 / CORRELATIONS.1.ln());
-        let tried = (0..GRID).map(|i| {
-            let share = i as f64 / (GRID - 1) as f64;
+        // Even in the logarithm of the correlation's time. Below 0.15 it is as good as white; above 0.97 it
+        // is a drift.
+        let (from, to) = (-1.0 / f64::ln(0.15), -1.0 / f64::ln(0.97));
+        let tried = (0..36u8).map(|i| {
+            let share = f64::from(i) / 35.0;
             let correlation = (-1.0 / (from * (to / from).powf(share))).exp();
             let (cost, [white_variance, coloured_variance, _]) =
                 fitted(&self.bands, Some(correlation));
@@ -190,16 +192,11 @@ pub(crate) fn periodogram(samples: &[f64], window: &Window) -> Vec<f64> {
     let n = samples.len();
     let middle = samples.iter().sum::<f64>() / n as f64;
     let mut power = 0.0;
-    let mut input: Vec<f64> = samples
-        .iter()
-        .enumerate()
-        .map(|(k, y)| {
-            let x = 2.0 * (k as f64 + 0.5) / n as f64 - 1.0;
-            let w = bessel(window.kaiser * (1.0 - x * x).sqrt());
-            power += w * w;
-            w * (y - middle)
-        })
-        .collect();
+    let weighted = |(y, w): (&f64, f64)| {
+        power += w * w;
+        w * (y - middle)
+    };
+    let mut input: Vec<f64> = samples.iter().zip(window.weights(n)).map(weighted).collect();
     let fft = realfft::RealFftPlanner::<f64>::new().plan_fft_forward(n);
     let mut spectrum = fft.make_output_vec();
     // Its only error is a buffer of another length.
@@ -218,7 +215,7 @@ fn bands(samples: &[f64], turn: f64, block: usize, window: &Window) -> Vec<Band>
     let lobe = window.lobe_bins * bin;
     let clear = |w: f64| {
         w > lobe + window.wander * turn
-            && (1..=HARMONICS).all(|k| {
+            && (1..=8).all(|k| {
                 let wander = window.wander * turn * if k < 3 { 3.0 } else { k as f64 };
                 (w - k as f64 * turn).abs() > lobe + wander
             })
@@ -227,11 +224,12 @@ fn bands(samples: &[f64], turn: f64, block: usize, window: &Window) -> Vec<Band>
         (1..n / 2).map(|k| (k as f64 * bin, power[k])).filter(|(w, _)| clear(*w)).collect();
     let mut out = Vec::new();
     let Some((first, _)) = levels.first() else { return out };
-    let ratio = (PI / first).powf(1.0 / MOST_BANDS as f64);
+    // Sixty bands at most, of 24 bins at least, whose model is evaluated at nine frequencies.
+    let ratio = (PI / first).powf(1.0 / 60.0);
     let mut from = 0;
     while from < levels.len() {
         let edge = levels[from].0 * ratio;
-        let to = levels.partition_point(|(w, _)| *w < edge).max(from + LEAST_BINS);
+        let to = levels.partition_point(|(w, _)| *w < edge).max(from + 24);
         if to > levels.len() {
             break;
         }
@@ -239,8 +237,8 @@ fn bands(samples: &[f64], turn: f64, block: usize, window: &Window) -> Vec<Band>
         let count = part.len();
         let level = clipped_mean(part);
         if level > 0.0 {
-            let of = |k: usize| levels[from + (count - 1) * k / (IN_BAND - 1)].0;
-            let frequencies = (0..IN_BAND).map(of).collect();
+            let of = |k: usize| levels[from + (count - 1) * k / 8].0;
+            let frequencies = (0..=8).map(of).collect();
             let weight = count as f64 / window.shared_bins;
             out.push(Band { frequencies, turn, block, level, weight });
         }
@@ -266,7 +264,7 @@ fn clipped_mean(mut values: Vec<f64>) -> f64 {
 }
 
 /// Modified Bessel function of order zero, by its power series: `libm` has none.
-pub(super) fn bessel(x: f64) -> f64 {
+fn bessel(x: f64) -> f64 {
     let q = 0.25 * x * x;
     let (mut term, mut sum) = (1.0, 1.0);
     for k in 1..60 {
@@ -326,7 +324,7 @@ fn levels_of(bands: &[Band], shapes: &[[f64; 3]], parts: [bool; 3]) -> [f64; 3] 
         crate::statistics::median(&mut ratios)
     };
     let mut levels = [0, 1, 2].map(|i| if parts[i] { alone(i) } else { 0.0 });
-    for _ in 0..SCORINGS {
+    for _ in 0..30 {
         let mut information = nalgebra::Matrix3::<f64>::identity() * 1e-3;
         let mut score = nalgebra::Vector3::<f64>::zeros();
         for (b, s) in bands.iter().zip(shapes) {
@@ -348,83 +346,5 @@ fn levels_of(bands: &[Band], shapes: &[[f64; 3]], parts: [bool; 3]) -> [f64; 3] 
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use rand::SeedableRng;
-    use rand_chacha::ChaCha8Rng;
-    use rand_distr::{Distribution, StandardNormal};
-
-    fn coloured(correlation: f64) -> Colour {
-        Colour { white_variance: 0.0, coloured_variance: 0.05 * 0.05, correlation, u_share: 0.0 }
-    }
-
-    fn decay(noise: f64, correlation: f64, seed: u64) -> Vec<f64> {
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let mut c = 0.0;
-        (0..20_000)
-            .map(|k| {
-                let z: f64 = StandardNormal.sample(&mut rng);
-                c = correlation * c + (1.0 - correlation * correlation).sqrt() * z;
-                let t = k as f64 * 1e-3;
-                let decay = 10.0 * (-0.05 * t).exp() * (7.0 * t).cos();
-                decay + 0.05 * decay * decay / 10.0 + noise * c
-            })
-            .collect()
-    }
-
-    #[test]
-    fn no_noise_is_larger_than_the_residuals_that_hold_it() {
-        let noise = coloured(0.8);
-        let all = noise.mean_variance(17);
-        assert_eq!(noise.at_most(2.0 * all, 17), noise);
-        let cut = noise.at_most(0.25 * all, 17);
-        assert!((cut.mean_variance(17) / all - 0.25).abs() < 1e-12);
-        assert_eq!(cut.correlation, noise.correlation);
-    }
-
-    #[test]
-    fn coloured_noise_beside_a_swing_is_measured_and_white_noise_is_left_alone() {
-        // The lowest frequencies, which the swing covers, weigh most in a mean: from the record its
-        // variance is known to some 20 %, with residuals to some 10 %.
-        let mut mean = 0.0;
-        for (seed, correlation) in (1..30).map(|k| (k, [0.5, 0.8, 0.95][k as usize % 3])) {
-            let truth = coloured(correlation);
-            let y = decay(0.05, correlation, seed);
-            let shown = Spectrum::of_record(&y, 7e-3);
-            let found = shown.colour(17).expect("colour");
-            let ratio = found.mean_variance(17) / truth.mean_variance(17);
-            let off = (ratio.sqrt() - 1.0) / found.u_share.max(0.03);
-            assert!(off.abs() < 4.0, "{correlation}: {ratio}");
-            let noise: Vec<f64> = y.iter().zip(decay(0.0, 0.0, 0)).map(|(a, b)| a - b).collect();
-            let means: Vec<f64> =
-                noise.chunks_exact(17).map(|m| m.iter().sum::<f64>() / 17.0).collect();
-            let sharper = shown.with_residuals(&means, 17.0 * 7e-3, 17);
-            let sharper = sharper.some_colour(17).expect("colour");
-            let ratio = sharper.mean_variance(17) / truth.mean_variance(17);
-            assert!((0.65..1.35).contains(&ratio), "{correlation}: {ratio}");
-            mean += ratio / 29.0;
-        }
-        assert!((mean - 1.0).abs() < 0.06, "{mean}");
-        for seed in 10..20 {
-            assert_eq!(Spectrum::of_record(&decay(0.05, 0.0, seed), 7e-3).colour(17), None);
-        }
-    }
-    /// A few cycles, whose harmonics leave no room in the record's own spectrum.
-    #[test]
-    fn coloured_noise_in_short_residuals_is_believed_and_white_noise_is_not() {
-        for seed in 0..20 {
-            let noise = |correlation: f64| -> Vec<f64> {
-                let swing = decay(0.0, 0.0, seed);
-                let of = |(y, swing): (&f64, &f64)| y - swing;
-                decay(0.05, correlation, seed).iter().zip(&swing).map(of).take(1400).collect()
-            };
-            let (correlation, turn) = (0.8, 0.1);
-            let truth = coloured(correlation);
-            let believed = |y: &[f64]| Spectrum::default().with_residuals(y, turn, 1).colour(1);
-            let found = believed(&noise(correlation)).expect("colour");
-            let ratio = (found.mean_variance(1) / truth.mean_variance(1)).sqrt();
-            assert!((0.6..1.5).contains(&ratio), "{seed}: {ratio}");
-            assert_eq!(believed(&noise(0.0)), None);
-        }
-    }
-}
+#[path = "noise_tests.rs"]
+mod tests;

@@ -1,14 +1,9 @@
-//! What readings and the means of their blocks scatter by.
+//! What readings and the means of their blocks scatter by: noise, or the step of a quantised sensor.
 
 use crate::fit::noise::{Colour, Spectrum};
-use crate::record::resample;
-use crate::statistics::{rms_of_sixths, rms_of_thirds};
+use crate::record::{resample, Record};
+use crate::statistics::{median, rms_of_sixths, rms_of_thirds};
 use std::f64::consts::TAU;
-
-/// Fewest means a cycle for which sixth differences leave next to nothing of the oscillation.
-const FINE_MEANS: f64 = 40.0;
-/// Difference between two estimates of the noise that their scatter explains.
-const AGREE: f64 = 0.25;
 
 /// What readings scatter by.
 pub(crate) struct Noise {
@@ -32,26 +27,22 @@ pub(crate) fn noise(
 ) -> Noise {
     let spectrum = Spectrum::of_record(kept, radians_per_sample);
     let colour = spectrum.colour(block);
-    let (sample_rad, mean_rad) = match (colour, uneven) {
-        (Some(colour), _) => (
-            (colour.white_variance + colour.coloured_variance).sqrt(),
-            colour.mean_variance(block).sqrt(),
-        ),
-        // White noise is known best from the single samples; where the means show more, from them.
-        (None, uneven) => {
-            let (sample, mean) = match uneven {
-                None => {
-                    let thirds = rms_of_thirds(kept);
-                    (thirds, white_floor(means, thirds, block))
-                }
-                Some((sample, mean)) => (sample, mean.max(rms_of_sixths(means))),
-            };
-            // Of a coarse record differences hold some of the oscillation, and what its modes leave some
-            // misfit: each is the noise or more.
-            let is_fine = TAU / radians_per_sample / block as f64 >= FINE_MEANS;
-            (sample, if is_fine { mean } else { mean.min(left / (block as f64).sqrt()) })
+    if let Some(known) = colour {
+        let mean_rad = known.mean_variance(block).sqrt();
+        return Noise { spectrum, colour, sample_rad: known.sample_rad(), mean_rad };
+    }
+    // White noise is known best from the single samples; where the means show more, from them.
+    let (sample_rad, mean) = match uneven {
+        None => {
+            let thirds = rms_of_thirds(kept);
+            (thirds, white_floor(means, thirds, block))
         }
+        Some((sample, mean)) => (sample, mean.max(rms_of_sixths(means))),
     };
+    // Of forty means a cycle sixth differences leave next to nothing of the oscillation. Of a coarser record
+    // they hold some of it, and what its modes leave some misfit: each is the noise or more.
+    let is_fine = TAU / radians_per_sample / block as f64 >= 40.0;
+    let mean_rad = if is_fine { mean } else { mean.min(left / (block as f64).sqrt()) };
     Noise { spectrum, colour, sample_rad, mean_rad }
 }
 
@@ -73,9 +64,41 @@ pub(crate) fn share_of_noise(time_s: &[f64], rate_hz: f64, block: usize) -> f64 
 fn white_floor(means: &[f64], sample_noise: f64, block: usize) -> f64 {
     let white = sample_noise / (block as f64).sqrt();
     let shown = rms_of_sixths(means);
-    if block > 1 && (shown / white - 1.0).abs() < AGREE {
+    // A difference that their scatter explains.
+    if block > 1 && (shown / white - 1.0).abs() < 0.25 {
         white
     } else {
         shown
     }
+}
+
+/// The step of a quantised sensor, deg; none where a value is hardly ever read again.
+fn step_deg(record: &Record) -> Option<f64> {
+    let mut values = record.yaw_deg.clone();
+    values.sort_unstable_by(f64::total_cmp);
+    // What rounding makes of one value.
+    let least = match record.measurand.is_of_angle() {
+        true => 1e-6,
+        false => 1e-9 * (values[values.len() - 1] - values[0]),
+    };
+    let mut gaps: Vec<f64> = Vec::new();
+    let mut taken = 1;
+    for pair in values.windows(2) {
+        let gap = pair[1] - pair[0];
+        if gap > least {
+            taken += 1;
+            gaps.push(gap);
+        }
+    }
+    if gaps.is_empty() || values.len() < 4 * taken {
+        return None;
+    }
+    Some(median(&mut gaps))
+}
+
+/// The rms that no model of the means goes below: a step's, where noise of a sample, in deg, does not blur
+/// the steps, and means are no better than single readings.
+pub(crate) fn of_steps(record: &Record, sample_noise_deg: f64) -> f64 {
+    let step = step_deg(record).filter(|step| sample_noise_deg < 0.5 * step);
+    step.map_or(0.0, |step| step / 12f64.sqrt())
 }

@@ -1,13 +1,10 @@
 //! A user's own effect added to several releases at once. Its simulations take long, so its numbers are
-//! looked for in the releases that need it most, from there in all together, and by fixed steps as long as it
-//! is not steep; the last fit is by steps that adapt themselves.
+//! looked for in the two releases that need it most, from there in all together, and by fixed steps as long
+//! as it is not steep; the last fit is by steps that adapt themselves.
 
 use crate::effects::Effect;
 use crate::fit::fitting::{enough, fit_added, Fitted, Structure};
 use crate::fit::joint::{self, JointFit, Release, Sharing};
-
-/// Releases at most in which its numbers are looked for.
-const LOOKED_IN: usize = 2;
 
 /// `inner` with `effect` added, whose numbers `sharing` gives to all releases; never worse than `inner` where
 /// the effect can vanish.
@@ -36,7 +33,7 @@ pub fn added(
         _ => fit,
     };
     let mut best: Option<JointFit> = None;
-    for &k in order.iter().take(LOOKED_IN) {
+    for &k in order.iter().take(2) {
         let mut alone = inner.fits[k].clone();
         alone.structure.swift = true;
         let single = fit_added(releases[k].decay, &alone, effect);

@@ -1,16 +1,12 @@
 //! Pieces of free decays, each with an initial condition of its own, and where a release's own numbers are.
 
+use crate::at_once::AtOnce;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::problem::DIFFERENCE;
-use crate::fit::structure::{motion, Structure};
+use crate::fit::structure::Structure;
 use crate::motion::simulate::readings_of_all;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use std::ops::{Deref, Range};
-
-/// Share of a cycle from which a piece's first state is estimated.
-const BEGINNING: f64 = 0.15;
-/// Gain of a step, as a share of the sum of squares, below which a state is found.
-const STATE_SETTLED: f64 = 1e-6;
 
 /// Where a release has its own numbers among the common ones of a fit to several: behind the first release's
 /// wn, zeta and rest angle, before the effects.
@@ -37,17 +33,8 @@ impl Own {
         }
     }
 
-    /// The rest angle, where it is free.
-    fn rest_rad(&self, structure: &Structure, common: &[f64]) -> f64 {
-        if structure.zero_unknown {
-            common[self.rest]
-        } else {
-            0.0
-        }
-    }
-
     /// Numbers in the order of [`crate::fit::fitting::Fitted`].
-    pub(super) fn numbers(
+    pub(crate) fn numbers(
         &self,
         structure: &Structure,
         common: &[f64],
@@ -82,20 +69,10 @@ impl Piece {
         Self { decay: decay.clone(), own: Own::ALONE }
     }
 
-    /// Numbers in the order of [`crate::fit::fitting::Fitted`].
-    pub(crate) fn numbers(
-        &self,
-        structure: &Structure,
-        common: &[f64],
-        state: [f64; 2],
-    ) -> Vec<f64> {
-        self.own.numbers(structure, common, state)
-    }
-
     /// Its state at the first instant as its first means show it under a model.
     pub(crate) fn begun(&self, structure: &Structure, common: &[f64]) -> [f64; 2] {
         let modal = [common[self.own.modal], common[self.own.modal + 1]];
-        first_state(self, self.own.rest_rad(structure, common), modal)
+        first_state(self, if structure.zero_unknown { common[self.own.rest] } else { 0.0 }, modal)
     }
 }
 
@@ -146,6 +123,13 @@ impl Pieces {
         self.decays.len()
     }
 
+    /// The state of each that fits best under given common numbers.
+    pub(crate) fn states(&self, structure: &Structure, common: &[f64]) -> Vec<[f64; 2]> {
+        let state =
+            |piece: &Piece| fit_state(piece, structure, common, piece.begun(structure, common)).0;
+        self.decays.iter().map_at_once(state).collect()
+    }
+
     /// Means of all pieces.
     pub(crate) fn means(&self) -> usize {
         self.decays.iter().map(|piece| piece.yaw_rad.len()).sum()
@@ -155,13 +139,21 @@ impl Pieces {
 /// Angle and rate at the beginning of a piece from a cubic through its first means, `zero` taken off, as a
 /// plain oscillation has them.
 fn first_state(piece: &FreeDecay, zero: f64, [wn, zeta]: [f64; 2]) -> [f64; 2] {
-    let n = ((BEGINNING * piece.per_cycle()) as usize).clamp(4, 60).min(piece.yaw_rad.len());
+    // From the first 0.15 of a cycle.
+    let n = ((0.15 * piece.per_cycle()) as usize).clamp(4, 60).min(piece.yaw_rad.len());
     let h = 1.0 / n as f64;
     let a = DMatrix::from_fn(n, 4.min(n), |k, j| (k as f64 * h).powi(j as i32));
     let y = DVector::from_fn(n, |k, _| piece.yaw_rad[k] - zero);
     let fit = (a.transpose() * &a).cholesky().map(|c| c.solve(&(a.transpose() * y)));
     let read = fit.map_or([piece.yaw_rad[0] - zero, 0.0], |c| [c[0], c[1] * h / piece.grid.step_s]);
     piece.measurand.derivative().state(read, wn, zeta)
+}
+
+/// `matrix` with a larger diagonal.
+pub(super) fn damped(mut matrix: Matrix2<f64>, damping: f64) -> Matrix2<f64> {
+    matrix[(0, 0)] *= 1.0 + damping;
+    matrix[(1, 1)] *= 1.0 + damping;
+    matrix
 }
 
 /// The state of `piece` that fits best under given common numbers, and its sum of squares (rad2).
@@ -171,20 +163,18 @@ pub(crate) fn fit_state(
     common: &[f64],
     start: [f64; 2],
 ) -> ([f64; 2], f64) {
-    let starts = structure.starts();
     let wn_rad_s = common[piece.own.modal];
     let steps = [DIFFERENCE * piece.amplitude_rad, DIFFERENCE * piece.amplitude_rad * wn_rad_s];
-    let mut readings = vec![vec![0.0; piece.grid.count]; 3];
-    let mut at = |x: [f64; 2]| {
+    let at = |x: [f64; 2]| {
         let moved = [x, [x[0] + steps[0], x[1]], [x[0], x[1] + steps[1]]];
         let mut zero = 0.0;
         let motions = moved.map(|x| {
-            let (m, z) =
-                motion(structure, &starts, &piece.numbers(structure, common, x), piece.around());
+            let (motion, z) =
+                structure.motion(&piece.own.numbers(structure, common, x), piece.around());
             zero = z;
-            m
+            motion
         });
-        readings_of_all(&motions, &piece.grid, &mut readings);
+        let readings = readings_of_all(&motions, &piece.grid);
         let (mut h, mut g, mut s) = (Matrix2::zeros(), Vector2::zeros(), 0.0);
         for (k, y) in piece.yaw_rad.iter().enumerate() {
             let e = readings[0][k] + zero - y;
@@ -205,24 +195,18 @@ pub(crate) fn fit_state(
         if !s.is_finite() {
             return (best, f64::INFINITY);
         }
-        let damped = Matrix2::new(
-            h[(0, 0)] * (1.0 + damping),
-            h[(0, 1)],
-            h[(1, 0)],
-            h[(1, 1)] * (1.0 + damping),
-        );
-        let Some(step) = damped.try_inverse().map(|i| i * g) else { break };
+        let Some(step) = damped(h, damping).try_inverse().map(|i| i * g) else { break };
         let trial = [best[0] - step[0], best[1] - step[1]];
         let there = at(trial);
         if there.2 < s {
             let gain = s - there.2;
             (best, h, g, s) = (trial, there.0, there.1, there.2);
             damping *= 0.1;
-            if gain < STATE_SETTLED * s {
+            if gain < 1e-6 * s {
                 break;
             }
         } else {
-            if step.dot(&g) < STATE_SETTLED * s {
+            if step.dot(&g) < 1e-6 * s {
                 break;
             }
             damping = (damping * 10.0).max(1e-4);

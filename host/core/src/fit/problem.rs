@@ -3,9 +3,10 @@
 use crate::at_once::AtOnce;
 use crate::discrepancy::{self, Discrepancy, Observed, Swing};
 use crate::effects::Effect;
+use crate::fit::fitted::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::sharing::{Places, Sharing};
-use crate::fit::structure::{motion, Structure};
+use crate::fit::structure::Structure;
 use crate::motion::simulate::{readings_of_all, Grid, Motion};
 use crate::record::Derivative;
 use crate::solver::{minimise, off_bounds, Fit, Options, Problem, Rows};
@@ -14,16 +15,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// Of an effect's size (where it rivals the spring): the step of the differences.
 pub(crate) const DIFFERENCE: f64 = 1e-6;
-/// The same with a user's own effects, whose integration adapts its steps.
-const OWN_DIFFERENCE: f64 = 3e-5;
-/// By how much the sum of squares of such a fit may err, of the residuals' variance; of any other a tenth
-/// of a standard error, squared: friction stops the model in one step or the next.
-const OWN_ACCURACY: f64 = 0.5;
-const ACCURACY: f64 = 0.01;
-/// Distance to the minimum that is near enough, in standard errors; of a measured law, whose many numbers
-/// share what they explain, a valley is followed no further than that.
-const TOLERANCE: f64 = 0.01;
-const LAW_TOLERANCE: f64 = 0.1;
+/// Evaluations of the model in a fit.
 pub(crate) const EVALUATIONS: usize = 30;
 
 /// The first `count` means of a free decay.
@@ -46,11 +38,29 @@ impl<'a> Release<'a> {
     }
 }
 
+/// The last of fits to ever longer parts of `releases`, from five cycles on to all: over a few a fit from
+/// afar has no other minimum.
+pub(crate) fn lengthened<'a, F>(
+    releases: &[Release<'a>],
+    mut fit: impl FnMut(&[Release<'a>]) -> F,
+) -> F {
+    let mut cycles = 5.0;
+    loop {
+        let count = |r: &Release| r.count.min((cycles * r.decay.per_cycle()) as usize);
+        let part = |r: &Release<'a>| Release { count: count(r), ..*r };
+        let parts: Vec<Release> = releases.iter().map(part).collect();
+        let found = fit(&parts);
+        if parts.iter().zip(releases).all(|(part, whole)| part.count == whole.count) {
+            return found;
+        }
+        cycles *= 1.8;
+    }
+}
+
 /// One release's share of the problem.
 pub(crate) struct Part<'a> {
     pub(crate) release: Release<'a>,
     pub(crate) structure: Structure,
-    starts: Vec<usize>,
     /// Of each number of the release: its place among all.
     pub(crate) places: Vec<usize>,
     /// Numbers that are not fixed, in the order of their places.
@@ -63,20 +73,33 @@ pub(crate) struct Part<'a> {
 
 impl Part<'_> {
     fn motion(&self, p: &[f64]) -> (Motion, f64) {
-        motion(&self.structure, &self.starts, p, self.release.decay.around())
+        self.structure.motion(p, self.release.decay.around())
     }
 
     fn grid(&self) -> Grid {
         Grid { count: self.release.count, ..self.release.decay.grid }
     }
 
-    pub(crate) fn readings(&self, p: &[f64], out: &mut [f64]) {
-        let (motion, zero) = self.motion(p);
-        match self.states {
-            None => motion.readings(&self.grid(), out),
-            Some(states) => motion.readings_along(states, &self.grid(), out),
-        }
-        out.iter_mut().for_each(|y| *y += zero);
+    fn numbers(&self, all: &[f64]) -> Vec<f64> {
+        self.places.iter().map(|&at| all[at]).collect()
+    }
+
+    /// The release's model in a fit that found the numbers `all`.
+    pub(crate) fn fitted(
+        &self,
+        all: &[f64],
+        converged: bool,
+        covariance: Option<&DMatrix<f64>>,
+    ) -> Fitted {
+        let (p, decay) = (self.numbers(all), self.release.decay);
+        let (motion, zero) = self.motion(&p);
+        let mut residuals = match self.states {
+            None => motion.readings(&self.grid()),
+            Some(states) => motion.readings_along(states, &self.grid()),
+        };
+        residuals.iter_mut().zip(&decay.yaw_rad).for_each(|(r, y)| *r += zero - y);
+        let own = covariance.map(|c| c.select_rows(&self.places).select_columns(&self.places));
+        Fitted::new(self.structure.clone(), p, residuals, converged, own, decay.around())
     }
 
     /// Residuals and their derivatives by the free numbers, over the noise, at the parameters `all`.
@@ -88,36 +111,27 @@ impl Part<'_> {
     pub(crate) fn linearised_by(&self, all: &[f64], by: &[usize]) -> (Vec<f64>, Vec<Vec<f64>>) {
         let decay = self.release.decay;
         let weight = decay.noise_rad.recip();
-        let p: Vec<f64> = self.places.iter().map(|&at| all[at]).collect();
-        let (mut motions, mut zeros, mut steps) = (Vec::new(), Vec::new(), Vec::new());
-        let mut add = |(motion, zero)| {
-            motions.push(motion);
-            zeros.push(zero);
-        };
-        add(self.motion(&p));
-        let mut q = p.clone();
-        for &j in by {
+        let p = self.numbers(all);
+        let mut moved = vec![p.clone(); 1 + by.len()];
+        for (q, &j) in moved[1..].iter_mut().zip(by) {
             // Into the range of the parameter.
-            let moved = p[j] + self.steps[j];
-            q[j] = if moved <= self.bounds[j].1 { moved } else { p[j] - self.steps[j] };
-            steps.push(q[j] - p[j]);
-            add(self.motion(&q));
-            q[j] = p[j];
+            let up = p[j] + self.steps[j];
+            q[j] = if up <= self.bounds[j].1 { up } else { p[j] - self.steps[j] };
         }
-        let mut readings = vec![vec![0.0; self.release.count]; motions.len()];
-        match self.states {
-            None => readings_of_all(&motions, &self.grid(), &mut readings),
-            Some(states) => motions.iter().zip(&mut readings).for_each(|(motion, readings)| {
-                motion.readings_along(states, &self.grid(), readings);
-            }),
-        }
+        let (motions, zeros): (Vec<Motion>, Vec<f64>) =
+            moved.iter().map(|q| self.motion(q)).unzip();
+        let grid = &self.grid();
+        let mut readings = match self.states {
+            None => readings_of_all(&motions, grid),
+            Some(states) => motions.iter().map(|m| m.readings_along(states, grid)).collect(),
+        };
         for (readings, zero) in readings.iter_mut().zip(&zeros).filter(|(_, zero)| **zero != 0.0) {
             readings.iter_mut().for_each(|y| *y += zero);
         }
         let mut columns = readings.split_off(1);
         let mut residuals = readings.swap_remove(0);
-        for (column, step) in columns.iter_mut().zip(&steps) {
-            let inverse = weight / step;
+        for ((column, q), &j) in columns.iter_mut().zip(&moved[1..]).zip(by) {
+            let inverse = weight / (q[j] - p[j]);
             for (c, y) in column.iter_mut().zip(&residuals) {
                 *c = (*c - y) * inverse;
             }
@@ -140,8 +154,8 @@ impl Part<'_> {
         columns.iter_mut().for_each(|column| drop(column.drain(stopping.clone())));
         let free = self.free.iter().map(|&j| self.places[j]).zip(columns);
         let (places, columns) = free.filter(|(at, _)| !fixed[*at]).unzip();
-        let p: Vec<f64> = self.places.iter().map(|&at| all[at]).collect();
-        let step = if adapts_steps(&self.structure) { OWN_DIFFERENCE } else { DIFFERENCE };
+        let p = self.numbers(all);
+        let step = difference(&self.structure);
         let (motion, _) = self.motion(&p);
         let mut responses =
             discrepancy::responses(&motion, &self.grid(), decay.amplitude_rad, step);
@@ -170,7 +184,7 @@ impl Part<'_> {
         columns: &mut [Vec<f64>],
     ) {
         let decay = self.release.decay;
-        for (effect, &at) in self.structure.effects.iter().zip(&self.starts) {
+        for (effect, at) in self.structure.places() {
             let Some(rows) = effect.penalty() else { continue };
             let sizes = effect.sizes(&decay.scale());
             let weight = (self.release.count as f64).sqrt() * decay.reading_rad() / decay.noise_rad;
@@ -190,6 +204,15 @@ impl Part<'_> {
 /// Whether the integration chooses its steps by itself.
 fn adapts_steps(structure: &Structure) -> bool {
     structure.precise || structure.effects.iter().any(Effect::is_own)
+}
+
+/// Of an effect's size, the step of the differences: a longer one where steps adapt themselves.
+fn difference(structure: &Structure) -> f64 {
+    if adapts_steps(structure) {
+        3e-5
+    } else {
+        DIFFERENCE
+    }
 }
 
 /// Residuals of all releases over their noise.
@@ -231,10 +254,9 @@ impl<'a> JointProblem<'a> {
                     (0..places.len()).filter(|&j| bounds[j].0 < bounds[j].1).collect();
                 free.sort_by_key(|&j| places[j]);
                 let sizes = structure.sizes(release.decay);
-                let difference = if adapts_steps(&structure) { OWN_DIFFERENCE } else { DIFFERENCE };
+                let difference = difference(&structure);
                 debug_assert_eq!(sizes.len(), places.len());
                 Part {
-                    starts: structure.starts(),
                     steps: sizes.iter().map(|s| difference * s).collect(),
                     release,
                     structure,
@@ -248,8 +270,8 @@ impl<'a> JointProblem<'a> {
         Self { parts, places, bounds }
     }
 
-    /// The median of each number over the releases that share it, `weight(release, number)` each, where any is
-    /// known: one that is in another minimum draws no mean aside.
+    /// The median of each number over the releases that share it, `weight(release, number)` each, where any
+    /// is known: one that is in another minimum draws no mean aside.
     pub(crate) fn gathered(
         &self,
         starts: &[Vec<f64>],
@@ -299,8 +321,13 @@ impl<'a> JointProblem<'a> {
     pub(crate) fn minimise(&self, start: &[f64], max_evaluations: usize) -> Fit {
         let has_law = self.parts.iter().any(|p| p.structure.has_law());
         let adapts = self.parts.iter().any(|p| adapts_steps(&p.structure));
-        let accuracy = if adapts || has_law { OWN_ACCURACY } else { ACCURACY };
-        let tolerance = if has_law { LAW_TOLERANCE } else { TOLERANCE };
+        // By how much the sum of squares may err, of the residuals' variance: half of it where steps adapt
+        // themselves, else a tenth of a standard error, squared, as friction stops the model in one step or
+        // the next.
+        let accuracy = if adapts || has_law { 0.5 } else { 0.01 };
+        // Distance to the minimum in standard errors. The many numbers of a law share what they explain: a
+        // valley is followed no further than that.
+        let tolerance = if has_law { 0.1 } else { 0.01 };
         let options = Options { max_evaluations, tolerance, accuracy, damping: 1e-4 };
         minimise(self, start, &options)
     }
@@ -343,14 +370,4 @@ pub(crate) fn problem_of_one<'a>(
 ) -> JointProblem<'a> {
     let sharing = Sharing::none(1, structure.effects.len());
     JointProblem::new(&[release], structure, &sharing, &[start.to_vec()])
-}
-
-/// Minimises over one release; its sum of squares is over the noise, squared.
-pub(crate) fn solve_one(
-    release: Release,
-    structure: &Structure,
-    start: &[f64],
-    max_evaluations: usize,
-) -> Fit {
-    problem_of_one(release, structure, start).minimise(start, max_evaluations)
 }

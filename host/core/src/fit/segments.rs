@@ -7,8 +7,8 @@
 //! and to the whole record.
 
 use crate::at_once::AtOnce;
-use crate::effects::LANES;
-use crate::fit::pieces::{fit_state, Own, Piece, Pieces};
+use crate::effects::{Effect, LANES};
+use crate::fit::pieces::{damped, Own, Piece, Pieces};
 use crate::fit::problem::{problem_of_one, JointProblem, Release};
 use crate::fit::structure::Structure;
 use crate::solver::{step_within, Normal, Rows};
@@ -21,8 +21,6 @@ pub(crate) const ROUGH: f64 = 1e-3;
 pub(crate) const SETTLED: f64 = 1e-4;
 /// The same of one to the whole, or of a law.
 pub(crate) const FINE: f64 = 1e-5;
-/// Share of a matrix' diagonal that keeps it definite.
-const KEEPS_DEFINITE: f64 = 1e-12;
 /// Steps of a fit to longer pieces; it is continued at the next level.
 pub(crate) const STEPS: usize = 40;
 /// Steps of a fit from one of several starts, the best of which is gone on with.
@@ -52,9 +50,9 @@ impl PieceFit {
         self.own[piece].numbers(&self.structure, &self.common, self.states[piece])
     }
 
-    /// Where in `common` the numbers of the structure's `k`th effect begin.
-    pub(crate) fn start_of(&self, k: usize) -> usize {
-        self.structure.starts()[k] - 2 + self.more()
+    /// Where in `common` the numbers of `effect`, which is in the structure, begin.
+    pub(crate) fn start_of(&self, effect: &Effect) -> usize {
+        self.structure.place(effect).expect("an effect of the model") - 2 + self.more()
     }
 
     /// How many numbers belong to releases beyond the first.
@@ -86,7 +84,7 @@ impl<'a> Fit<'a> {
         let mut bounds = vec![(f64::NEG_INFINITY, f64::INFINITY); common.len()];
         let mut is_free = vec![false; common.len()];
         let problem = |piece: &&'a Piece| {
-            let start = piece.numbers(structure, common, [0.0, 0.0]);
+            let start = piece.own.numbers(structure, common, [0.0, 0.0]);
             let problem = problem_of_one(Release::whole(piece), structure, &start);
             let part = &problem.parts[0];
             for (j, bound) in part.bounds.iter().enumerate() {
@@ -115,23 +113,16 @@ impl<'a> Fit<'a> {
             .zip(states)
             .map_at_once(|((problem, piece), state)| {
                 let part = &problem.parts[0];
-                let numbers = piece.numbers(&part.structure, common, *state);
+                let numbers = piece.own.numbers(&part.structure, common, *state);
                 let (residuals, columns) = part.linearised(&numbers);
                 // State last.
-                let order = |j: usize| match piece.own.place(j, &part.structure) {
+                let place = |&j: &usize| match piece.own.place(j, &part.structure) {
                     None => self.free.len() + j - 2,
                     place => self.free.iter().position(|&i| Some(i) == place).unwrap_or(0),
                 };
-                let mut which: Vec<(usize, &[f64])> = part
-                    .free
-                    .iter()
-                    .zip(&columns)
-                    .map(|(&j, c)| (order(j), c.as_slice()))
-                    .collect();
-                which.sort_by_key(|w| w.0);
+                let places: Vec<usize> = part.free.iter().map(place).collect();
+                let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
                 let mut normal = Normal::new(self.free.len() + 2);
-                let places: Vec<usize> = which.iter().map(|w| w.0).collect();
-                let columns: Vec<&[f64]> = which.iter().map(|w| w.1).collect();
                 normal.part(&residuals, &places, &columns);
                 Sums {
                     matrix: normal.matrix(),
@@ -147,8 +138,8 @@ impl<'a> Fit<'a> {
         sums.iter().all(finite).then_some(sums)
     }
 
-    /// Whether derivatives cost so much more than residuals that these are asked first whether a step gains, and
-    /// whether it is the last.
+    /// Whether derivatives cost so much more than residuals that these are asked first whether a step gains,
+    /// and whether it is the last.
     fn is_wide(&self) -> bool {
         self.free.len() > 2 * LANES
     }
@@ -158,7 +149,7 @@ impl<'a> Fit<'a> {
         let each = self.problems.iter().zip(self.pieces).zip(states);
         let squares = each.map_at_once(|((problem, piece), state)| {
             let part = &problem.parts[0];
-            let numbers = piece.numbers(&part.structure, common, *state);
+            let numbers = piece.own.numbers(&part.structure, common, *state);
             let (residuals, _) = part.linearised_by(&numbers, &[]);
             let sum = |residuals: &[f64]| residuals.iter().map(|r| r * r).sum::<f64>();
             [sum(&residuals), sum(&residuals[..part.release.count])]
@@ -194,7 +185,8 @@ impl<'a> Fit<'a> {
         let (mut damped, g) = self.reduced(here, damping);
         for k in 0..n {
             let own = damped[(k, k)];
-            damped[(k, k)] += damping * own.max(1e-30) + KEEPS_DEFINITE * own;
+            // A little of it keeps the matrix definite.
+            damped[(k, k)] += damping * own.max(1e-30) + 1e-12 * own;
         }
         let moved = step_within(&damped, &g, &|k| {
             let (low, high) = self.bounds[self.free[k]];
@@ -227,15 +219,8 @@ struct Step {
 }
 
 fn inverse_of_state(s: &Sums, n: usize, damping: f64) -> Matrix2<f64> {
-    let mut m = Matrix2::new(
-        s.matrix[(n, n)],
-        s.matrix[(n, n + 1)],
-        s.matrix[(n + 1, n)],
-        s.matrix[(n + 1, n + 1)],
-    );
-    m[(0, 0)] *= 1.0 + damping;
-    m[(1, 1)] *= 1.0 + damping;
-    m.try_inverse().unwrap_or_else(Matrix2::zeros)
+    let own = s.matrix.fixed_view::<2, 2>(n, n).into_owned();
+    damped(own, damping).try_inverse().unwrap_or_else(Matrix2::zeros)
 }
 
 /// Fits `structure` to `pieces` from given common numbers and states; `settled` is the relative gain at which
@@ -249,27 +234,24 @@ pub(crate) fn fit_pieces(
     most: usize,
 ) -> PieceFit {
     let fit = Fit::new(pieces, structure, common);
-    let mut common: Vec<f64> =
-        common.iter().zip(&fit.bounds).map(|(x, (low, high))| x.max(*low).min(*high)).collect();
-    let mut states = states.to_vec();
+    let inside = |(x, (low, high)): (&f64, &(f64, f64))| x.max(*low).min(*high);
     let mut out = PieceFit {
         structure: structure.clone(),
-        common: common.clone(),
+        common: common.iter().zip(&fit.bounds).map(inside).collect(),
         own: pieces.iter().map(|piece| piece.own).collect(),
-        states: states.clone(),
+        states: states.to_vec(),
         squares: vec![f64::INFINITY; pieces.len()],
         converged: false,
     };
-    let Some(mut here) = fit.sums(&common, &states) else { return out };
+    let Some(mut here) = fit.sums(&out.common, &out.states) else { return out };
     let mut misfit: Vec<f64> = here.iter().map(|s| s.misfit).collect();
     let total = |sums: &[Sums]| sums.iter().map(|s| s.squares).sum::<f64>();
     let (mut damping, mut growth) = (1e-4, 2.0);
-    let mut converged = false;
     'steps: for _ in 0..most {
         let squares = total(&here);
         loop {
             let Some(Step { common: trial, states: there, predicted }) =
-                fit.step(&here, &common, &states, damping)
+                fit.step(&here, &out.common, &out.states, damping)
             else {
                 damping = (damping * 10.0).max(1e-6);
                 if damping > 1e8 {
@@ -284,7 +266,7 @@ pub(crate) fn fit_pieces(
             };
             if ahead > 0.0 && ahead < settled * squares {
                 misfit = left.iter().map(|s| s[1]).collect();
-                (common, states, converged) = (trial, there, true);
+                (out.common, out.states, out.converged) = (trial, there, true);
                 break 'steps;
             }
             let next = (ahead > 0.0).then(|| fit.sums(&trial, &there)).flatten();
@@ -292,30 +274,29 @@ pub(crate) fn fit_pieces(
             if gained > 0.0 {
                 here = next.expect("gained");
                 misfit = here.iter().map(|s| s.misfit).collect();
-                (common, states) = (trial, there);
+                (out.common, out.states) = (trial, there);
                 damping = (damping * if gained > 0.5 * predicted { 0.1 } else { 0.5 }).max(1e-12);
                 growth = 2.0;
                 if gained < settled * squares {
-                    converged = true;
+                    out.converged = true;
                     break 'steps;
                 }
                 break;
             }
             if predicted.abs() < settled * squares || fit.is_stopped() {
-                converged = !fit.is_stopped();
+                out.converged = !fit.is_stopped();
                 break 'steps;
             }
             damping = (damping * growth).max(1e-6);
             growth *= 2.0;
             if damping > 1e10 {
-                converged = true;
+                out.converged = true;
                 break 'steps;
             }
         }
     }
     let squares = misfit.iter().zip(pieces).map(|(m, piece)| m * piece.noise_rad.powi(2));
     out.squares = squares.collect();
-    (out.common, out.states, out.converged) = (common, states, converged);
     out
 }
 
@@ -360,14 +341,9 @@ pub(crate) fn fit_from(
     begun(pieces, structure, common, settled, STEPS)
 }
 
-/// As [`fit_from`], the first `steps`, which tell what is worth going on with.
-pub(crate) fn fit_towards(
-    pieces: &Pieces,
-    structure: &Structure,
-    common: &[f64],
-    steps: usize,
-) -> PieceFit {
-    begun(pieces, structure, common, ROUGH, steps)
+/// As [`fit_from`], the first steps, which tell what is worth going on with.
+pub(crate) fn fit_towards(pieces: &Pieces, structure: &Structure, common: &[f64]) -> PieceFit {
+    begun(pieces, structure, common, ROUGH, FIRST_STEPS)
 }
 
 fn begun(
@@ -377,9 +353,6 @@ fn begun(
     settled: f64,
     steps: usize,
 ) -> PieceFit {
-    let state =
-        |piece: &Piece| fit_state(piece, structure, common, piece.begun(structure, common)).0;
-    let states: Vec<[f64; 2]> = pieces.decays.iter().map_at_once(state).collect();
     let all: Vec<&Piece> = pieces.decays.iter().collect();
-    fit_pieces(&all, structure, common, &states, settled, steps)
+    fit_pieces(&all, structure, common, &pieces.states(structure, common), settled, steps)
 }

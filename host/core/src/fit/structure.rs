@@ -50,7 +50,8 @@ pub struct Structure {
 }
 
 impl Structure {
-    /// The same with `effect` behind the others, to be simulated quickly: what is built is polished at its end.
+    /// The same with `effect` behind the others, to be simulated quickly: what is built is polished at its
+    /// end.
     pub fn with(&self, effect: &Effect) -> Self {
         let mut effects = self.effects.clone();
         effects.push(effect.clone());
@@ -82,15 +83,19 @@ impl Structure {
         PLAIN + usize::from(self.zero_unknown)
     }
 
-    /// Where the numbers of each effect begin.
-    pub(crate) fn starts(&self) -> Vec<usize> {
-        let mut at = self.own_numbers();
-        let begin = |effect: &Effect| {
-            let begin = at;
-            at += effect.parameters().len();
-            begin
-        };
-        self.effects.iter().map(begin).collect()
+    /// Each effect, and where its numbers begin.
+    pub(crate) fn places(&self) -> impl Iterator<Item = (&Effect, usize)> {
+        let mut next = self.own_numbers();
+        self.effects.iter().map(move |effect| {
+            let at = next;
+            next += effect.parameters().len();
+            (effect, at)
+        })
+    }
+
+    /// Where the numbers of `effect` begin; none where the model has it not.
+    pub(crate) fn place(&self, effect: &Effect) -> Option<usize> {
+        self.places().find(|(e, _)| *e == effect).map(|(_, at)| at)
     }
 
     /// The size of each number in which the fit steps.
@@ -108,8 +113,7 @@ impl Structure {
         let wn = decay.frequency_rad_s;
         let mut bounds = vec![(0.2 * wn, 5.0 * wn), (-0.5, 0.7)];
         bounds.resize(self.own_numbers(), (f64::NEG_INFINITY, f64::INFINITY));
-        let starts = self.starts();
-        for (effect, &at) in self.effects.iter().zip(&starts) {
+        for (effect, at) in self.places() {
             bounds.extend(effect.bounds(&start[at..], start[0]));
         }
         for limit in &self.limits {
@@ -117,10 +121,7 @@ impl Structure {
                 Number::NaturalFrequency => Some(0),
                 Number::DampingRatio => Some(1),
                 Number::SensorZero => self.zero_unknown.then_some(PLAIN),
-                Number::Of(effect, number) => {
-                    let k = self.effects.iter().position(|e| e == effect);
-                    k.map(|k| starts[k] + number)
-                }
+                Number::Of(effect, number) => self.place(effect).map(|at| at + number),
             };
             let Some(bound) = place.map(|at| &mut bounds[at]) else { continue };
             let within = (bound.0.max(limit.low), bound.1.min(limit.high));
@@ -138,33 +139,27 @@ impl Structure {
     pub(crate) fn limits_effect(&self, effect: &Effect) -> bool {
         self.limits.iter().any(|l| matches!(&l.number, Number::Of(e, _) if e == effect))
     }
-}
 
-/// The motion of a model with the numbers `p`, and the sensor's zero, rad; each effect's begin at its place
-/// in `starts`.
-pub(crate) fn motion(
-    structure: &Structure,
-    starts: &[usize],
-    p: &[f64],
-    around: Around,
-) -> (Motion, f64) {
-    let mut terms = Terms::in_wind(around.wind_speed_m_s);
-    terms.observed = around.observed;
-    terms.precise = structure.precise;
-    terms.swift = structure.swift;
-    let mut zero = if structure.zero_unknown { p[PLAIN] } else { 0.0 };
-    for (effect, &at) in structure.effects.iter().zip(starts) {
-        match structure.about_rest && effect.moves_rest() {
-            true => zero += p[at] / p[0].powi(2),
-            false => effect.write(&p[at..], &mut terms),
+    /// The motion of a model with the numbers `p`, and the sensor's zero, rad.
+    pub(crate) fn motion(&self, p: &[f64], around: Around) -> (Motion, f64) {
+        let mut terms = Terms::in_wind(around.wind_speed_m_s);
+        terms.observed = around.observed;
+        terms.precise = self.precise;
+        terms.swift = self.swift;
+        let mut zero = if self.zero_unknown { p[PLAIN] } else { 0.0 };
+        for (effect, at) in self.places() {
+            match self.about_rest && effect.moves_rest() {
+                true => zero += p[at] / p[0].powi(2),
+                false => effect.write(&p[at..], &mut terms),
+            }
         }
+        let motion = Motion {
+            natural_frequency_rad_s: p[0],
+            damping_ratio: p[1],
+            yaw_rad: p[2],
+            rate_rad_s: p[3],
+            terms,
+        };
+        (motion, zero)
     }
-    let motion = Motion {
-        natural_frequency_rad_s: p[0],
-        damping_ratio: p[1],
-        yaw_rad: p[2],
-        rate_rad_s: p[3],
-        terms,
-    };
-    (motion, zero)
 }

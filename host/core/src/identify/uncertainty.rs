@@ -163,12 +163,12 @@ pub(crate) fn of(
 
 /// What the covariance of the fit says by itself: standard deviations for a white residual.
 pub(crate) fn white(found: &ModeFit) -> Option<Bound> {
-    Some(modal_deviations(&found.mode, found.fit.covariance.as_ref().ok()?))
+    Some(modal_deviations(&found.mode, found.fit.covariance.as_ref()?))
 }
 
 /// Standard deviation of the mode's mid-line, deg, for a white residual.
 pub(crate) fn white_midline_deg(found: &ModeFit) -> Option<f64> {
-    Some(found.fit.covariance.as_ref().ok()?[(2, 2)].max(0.0).sqrt())
+    Some(found.fit.covariance.as_ref()?[(2, 2)].max(0.0).sqrt())
 }
 
 /// Cramer-Rao bound for one known mode in white noise of `noise_rms_deg`: sigma^2 (J'J)^-1 over the samples.

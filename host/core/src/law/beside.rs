@@ -14,12 +14,8 @@ use crate::discrepancy::ABOVE_NOISE;
 use crate::effects::{Acts, Effect};
 use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
-use crate::fit::segments::{fit_from, fit_towards, PieceFit, FIRST_STEPS, ROUGH, SETTLED};
+use crate::fit::segments::{fit_from, fit_towards, PieceFit, ROUGH, SETTLED};
 use crate::fit::starts;
-use std::sync::Arc;
-
-/// The highest harmonic of the yaw mode at which a line may be.
-const MOST_HARMONIC: u32 = 5;
 
 /// What no law of angle and rate holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,8 +32,8 @@ pub enum Kind {
 
 impl Kind {
     /// `None`: of the state, which a law holds.
-    fn of(acts: Acts) -> Option<Self> {
-        match acts {
+    fn of(effect: &Effect) -> Option<Self> {
+        match effect.acts_on() {
             Acts::State => None,
             Acts::Time => Some(Self::Time),
             Acts::Line => Some(Self::SecondFrequency),
@@ -74,18 +70,8 @@ pub struct Beside {
     pub(crate) residuals_rad: Vec<f64>,
 }
 
-/// The effects that are not of the state and have a definite course.
-fn tried() -> Vec<(Effect, Kind)> {
-    let of = |effect: Effect| {
-        let kind = Kind::of(effect.acts_on())?;
-        Some((effect, kind))
-    };
-    Effect::deterministic().filter_map(of).collect()
-}
-
 /// An effect fitted beside the law.
 struct BesideFit {
-    kind: Kind,
     effect: Effect,
     fit: PieceFit,
     /// How many numbers of the fit are not the effect's.
@@ -99,9 +85,14 @@ impl BesideFit {
         Some(self.effect.published(&self.fit.common[self.law..]).0[line.frequency])
     }
 
-    /// Whether it is a line at a harmonic of the yaw mode, which is a matter of the law, or of the sensor.
+    /// Whether it is a line at one of the first five harmonics of the yaw mode, which is a matter of the law,
+    /// or of the sensor.
     fn is_harmonic(&self, decay: &FreeDecay) -> bool {
-        self.frequency_rad_s().is_some_and(|w| is_harmonic(decay, w))
+        let windows = || decay.windows.iter().map(|w| w.natural_frequency_rad_s);
+        let least = (1.0 - HARMONIC) * windows().fold(f64::INFINITY, f64::min);
+        let most = (1.0 + HARMONIC) * windows().fold(0.0, f64::max);
+        let is_near = |w: f64| (1..=5).any(|k| (least..most).contains(&(w / f64::from(k))));
+        self.frequency_rad_s().is_some_and(is_near)
     }
 }
 
@@ -112,15 +103,15 @@ fn fitted(
     lengths: &Lengths,
     structure: &Structure,
     (found, whole): (&Measured, &Fitted),
-    (effect, kind): &(Effect, Kind),
+    effect: &Effect,
 ) -> Vec<BesideFit> {
     if structure.effects.contains(effect) {
         return Vec::new();
     }
     let (law, plain) = (&found.fit.common, &found.plain.common);
     let begun = |common: &[f64]| {
-        let fit = fit_towards(&lengths.long, &structure.with(effect), common, FIRST_STEPS);
-        BesideFit { kind: *kind, effect: effect.clone(), fit, law: law.len() }
+        let fit = fit_towards(&lengths.long, &structure.with(effect), common);
+        BesideFit { effect: effect.clone(), fit, law: law.len() }
     };
     let from = |start: &Vec<f64>| {
         let mut all = vec![begun(&[law, start.as_slice()].concat())];
@@ -145,25 +136,16 @@ fn not_the_laws(decay: &FreeDecay, tried: &BesideFit) -> Vec<f64> {
     decay.yaw_rad.iter().zip(law).map(|(yaw, law)| yaw - law).collect()
 }
 
-fn is_harmonic(decay: &FreeDecay, w_rad_s: f64) -> bool {
-    let windows = || decay.windows.iter().map(|w| w.natural_frequency_rad_s);
-    let least = (1.0 - HARMONIC) * windows().fold(f64::INFINITY, f64::min);
-    let most = (1.0 + HARMONIC) * windows().fold(0.0, f64::max);
-    (1..=MOST_HARMONIC).map(f64::from).any(|k| (least..most).contains(&(w_rad_s / k)))
-}
-
 /// The effect beside the law that predicts clearly better than the law alone; or random forcing, where that
 /// is far likelier than what the law leaves. `None` where the law leaves no more than noise, or for several
 /// releases, whose lines and drifts are each its own.
 pub(super) fn beside(releases: &Releases, lengths: &Lengths, found: &Measured) -> Option<Beside> {
     let decay = releases.alone().filter(|_| found.held_out_over_noise > ABOVE_NOISE)?;
-    let mut structure = found.fit.structure.clone();
-    structure.effects.pop();
-    let structure = structure.with(&Effect::Measured(Arc::new(found.law.without_line(None))));
+    let structure = found.with_line();
     let whole = fit_whole(decay, &structure, &found.fit.numbers(0));
-    let all = tried()
-        .into_iter()
-        .map_at_once(|one| fitted(decay, lengths, &structure, (found, &whole), &one));
+    let all = Effect::deterministic()
+        .filter(|effect| Kind::of(effect).is_some())
+        .map_at_once(|effect| fitted(decay, lengths, &structure, (found, &whole), &effect));
     let mut all: Vec<BesideFit> = all.flatten().filter(|tried| !tried.is_harmonic(decay)).collect();
     all.sort_by(|a, b| a.fit.sum().total_cmp(&b.fit.sum()));
     let settled = |tried: &BesideFit| {
@@ -184,10 +166,13 @@ pub(super) fn beside(releases: &Releases, lengths: &Lengths, found: &Measured) -
     let predicted = nearest.map(|t| (predict_within(&lengths.predicted, &t.fit), t));
     if let Some((prediction, tried)) = predicted.filter(|(p, _)| clearly(p)) {
         let residuals_rad = not_the_laws(decay, &tried);
-        let frequency_rad_s = tried.frequency_rad_s();
-        let BesideFit { kind, effect, .. } = tried;
-        let held_out_over_noise = prediction.rms_rad() / decay.noise_rad;
-        return Some(Beside { kind, effect, held_out_over_noise, frequency_rad_s, residuals_rad });
+        return Some(Beside {
+            kind: Kind::of(&tried.effect)?,
+            held_out_over_noise: prediction.rms_rad() / decay.noise_rad,
+            frequency_rad_s: tried.frequency_rad_s(),
+            effect: tried.effect,
+            residuals_rad,
+        });
     }
     is_random(decay, &whole).then_some(Beside {
         kind: Kind::Randomness,

@@ -5,8 +5,8 @@
 
 use super::releases::Releases;
 use super::roughness::{inflation, reached};
-use super::tables::{Point, Tables};
-use super::trials::{fit_all, Change, Trial, Trials};
+use super::tables::Tables;
+use super::trials::{fit_all, Trial, Trials};
 use crate::diagnosis::over_pieces::{whole, Lengths};
 use crate::diagnosis::prediction::{predict_within, Prediction};
 use crate::effects::{Effect, MeasuredLaw, Part};
@@ -16,28 +16,10 @@ use crate::fit::fitting::{refitted, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::pieces::{Piece, Pieces};
 use crate::fit::segments::{fit_from, fit_pieces, PieceFit, FINE, ROUGH};
-use crate::fit::structure::motion;
 use crate::motion::oscillator::Motion;
 use crate::quantity::Quantity;
 use nalgebra::DMatrix;
 use std::sync::Arc;
-
-/// Weights with which the first fit is made.
-const FIRST: [(Part, f64); 4] = [
-    (Part::Stiffness, 1e-6),
-    (Part::UnevenStiffness, 1e-3),
-    (Part::Damping, 1e-6),
-    (Part::UnevenDamping, 1e-3),
-];
-/// Factors on them: where the first fit is too smooth or too rough, the choice that is made near it is a bad
-/// one.
-const SCALES: [f64; 3] = [1.0, 1e-2, 1e-4];
-/// Steps of a fit to the whole.
-const WHOLE_STEPS: usize = 60;
-/// Squares of a fit to the whole over those of long pieces, from which on the former has lost the phase.
-const PHASE_LOST: f64 = 2.0;
-/// Of a largest value that is reached once: the law's last knot.
-const LAST_KNOT: f64 = 1.001;
 
 /// A law as an equation of motion.
 #[derive(Clone, Debug)]
@@ -54,8 +36,7 @@ pub struct Curve {
 
 impl Curve {
     fn of(decay: &FreeDecay, fit: &PieceFit, law: &MeasuredLaw) -> Self {
-        let (starts, around) = (fit.structure.starts(), decay.around());
-        let (motion, rest_rad) = motion(&fit.structure, &starts, &fit.numbers(0), around);
+        let (motion, rest_rad) = fit.structure.motion(&fit.numbers(0), decay.around());
         Self { motion, rest_rad, yaw_rad: law.yaw_rad, rate_rad_s: law.rate_rad_s }
     }
 }
@@ -86,24 +67,12 @@ pub struct Measured {
 /// Measures the law that `releases` follow beside the second-order response and the effects of `inner`.
 ///
 /// `numbers`: those of the effects from which their fit begins, as [`Effect::varied`] has them, one after the
-/// other. `dissipative`: the law takes energy out at every rate.
+/// other. `dissipative`: the law takes energy out at every rate. `show` is given the first law that is
+/// fitted, before it is known how smooth it has to be.
 ///
 /// # Errors
 /// Interrupted, or not converged.
 pub fn measure(
-    releases: &Releases,
-    inner: &Structure,
-    numbers: &[f64],
-    dissipative: bool,
-) -> Result<Measured> {
-    measure_showing(releases, inner, numbers, dissipative, &|_| {})
-}
-
-/// The same; `show` is given the first law that is fitted, before it is known how smooth it has to be.
-///
-/// # Errors
-/// As [`measure`].
-pub fn measure_showing(
     releases: &Releases,
     inner: &Structure,
     numbers: &[f64],
@@ -120,19 +89,22 @@ pub fn measure_showing(
     let (yaw, rate) = reached(&lengths.short, &short);
     let friction = !structure.effects.iter().any(Effect::sticks);
     let mut trials = Trials::new(releases, &lengths, &structure, short.common.len());
-    for scale in SCALES {
-        let parts = FIRST.map(|(part, weight)| (part, scale * weight)).to_vec();
-        let law = MeasuredLaw::new(LAST_KNOT * yaw, LAST_KNOT * rate, parts, friction, dissipative);
+    // Where the first fit is too smooth or too rough, the choice that is made near it is a bad one.
+    for scale in [1.0, 1e-2, 1e-4] {
+        let weight = |part: Part| scale * if part.is_odd() { 1e-6 } else { 1e-3 };
+        let parts = Part::ALL.map(|part| (part, weight(part))).to_vec();
+        // The last knot is a little beyond a value that is reached once.
+        let law = MeasuredLaw::new(1.001 * yaw, 1.001 * rate, parts, friction, dissipative);
         let mut common = short.common.clone();
         common.extend(law.no_law());
         let fit = fit_all(releases, &lengths, &trials.with(&law), &common)?;
         if trials.best.is_none() {
             show(Curve::of(decay, &fit, &law));
         }
-        trials.improve(law, fit, Change::Roughness)?;
+        trials.improve(law, fit, false)?;
     }
     if let Some(Trial { law, fit, .. }) = trials.best.clone() {
-        trials.improve(law, fit, Change::Knots)?;
+        trials.improve(law, fit, true)?;
     }
     trials.with_more_roughness()?;
     trials.without_line(&plain.structure)?;
@@ -175,19 +147,26 @@ pub fn fit_whole(decay: &FreeDecay, structure: &Structure, start: &[f64]) -> Fit
     let mut common = start[..2].to_vec();
     common.extend(&start[4..]);
     let states = [[start[2], start[3]]];
-    let direct =
-        fit_pieces(&[&Piece::whole(decay)], structure, &common, &states, FINE, WHOLE_STEPS);
+    let direct = fit_pieces(&[&Piece::whole(decay)], structure, &common, &states, FINE, 60);
     let lengths = Lengths::of(decay);
     let long = fit_from(&lengths.long, structure, &common, ROUGH);
     // A phase that is lost over the whole record shows in pieces with states of their own.
-    let is_lost = direct.sum() > PHASE_LOST * long.sum();
+    let is_lost = direct.sum() > 2.0 * long.sum();
     let stepped = is_lost.then(|| whole(decay, &lengths, &long));
     let fit = stepped.filter(|stepped| stepped.sum() < direct.sum()).unwrap_or(direct);
     refitted(decay, structure, &fit.numbers(0))
 }
 
 impl Measured {
-    fn tables(&self) -> Tables<'_> {
+    /// What it was fitted as, with the line in its dissipation: beside another effect that is another.
+    pub(super) fn with_line(&self) -> Structure {
+        let mut structure = self.fit.structure.clone();
+        structure.effects.pop();
+        structure.with(&Effect::Measured(Arc::new(self.law.without_line(None))))
+    }
+
+    /// The law as tables.
+    pub fn tables(&self) -> Tables<'_> {
         Tables { law: &self.law, common: &self.fit.common, covariance: &self.covariance }
     }
 
@@ -234,26 +213,5 @@ impl Measured {
     /// Where the model comes to rest, on the sensor, rad.
     pub fn rest_rad(&self) -> f64 {
         self.fit.common[2]
-    }
-
-    /// K(b) over the yaw angles reached, rad from the rest: what the whole restoring moment is beyond wn^2 b,
-    /// whose line is taken as it is. The uncertainty is that of the whole.
-    pub fn stiffness(&self) -> Vec<Point> {
-        self.tables().stiffness()
-    }
-
-    /// D(r) over the yaw rates reached, rad/s: beyond 2 zeta wn r, alike.
-    pub fn damping(&self) -> Vec<Point> {
-        self.tables().damping()
-    }
-
-    /// wn^2 b + K(b): the whole restoring moment.
-    pub fn total_stiffness(&self) -> Vec<Point> {
-        self.tables().total_stiffness()
-    }
-
-    /// 2 zeta wn r + D(r): the whole dissipation.
-    pub fn total_damping(&self) -> Vec<Point> {
-        self.tables().total_damping()
     }
 }

@@ -29,18 +29,11 @@ impl FormParameter {
     fn least(&self, reach: f64) -> Option<f64> {
         self.positive.then_some(match self.role {
             Role::Size => 0.0,
-            Role::Plain(_) => LEAST_PLAIN,
-            Role::OfReach(_) => LEAST_OF_REACH * reach,
+            Role::Plain(_) => 0.25,
+            Role::OfReach(_) => 0.05 * reach,
         })
     }
 }
-
-/// Letters that an own effect's identifier has at most.
-const LONGEST_ID: usize = 40;
-
-/// Least exponents and factors, and least widths as shares of the largest yaw angle or rate.
-const LEAST_PLAIN: f64 = 0.25;
-const LEAST_OF_REACH: f64 = 0.05;
 
 /// A formula for a part of a law.
 #[derive(Clone, Copy, Debug)]
@@ -97,8 +90,6 @@ const fn stiffness(
     Form { id, title, moment, parameters, is_stiffness: true, alike: None }
 }
 
-const POWERS: &[f64] = &[0.25, 0.5, 0.75, 1.25, 1.5, 1.75, 2.25, 2.5, 3.0];
-
 /// Every form, simplest first. No two parameters have one name, so that two forms can stand in one formula.
 pub(crate) const FORMS: &[Form] = &[
     damping("dry_friction", "dry friction", "-c * sign(r)", &[loss("c", "rad/s2")]),
@@ -126,7 +117,7 @@ pub(crate) const FORMS: &[Form] = &[
         "power_law",
         "damping with a power of the rate",
         "-h * sign(r) * abs(r / 1.0)^n",
-        &[loss("h", "rad/s2"), plain("n", POWERS)],
+        &[loss("h", "rad/s2"), plain("n", &[0.25, 0.5, 0.75, 1.25, 1.5, 1.75, 2.25, 2.5, 3.0])],
     ),
     damping(
         "smooth_friction",
@@ -199,10 +190,11 @@ impl Formula {
     pub(crate) fn id(&self) -> String {
         let ids: Vec<&str> = self.forms.iter().map(|f| f.id).collect();
         let whole = ids.join("_and_");
-        if whole.len() <= LONGEST_ID {
+        // An own effect's identifier has forty letters at most.
+        if whole.len() <= 40 {
             return whole;
         }
-        let most = (LONGEST_ID + 5) / ids.len() - 5;
+        let most = (40 + "_and_".len()) / ids.len() - "_and_".len();
         let short = |id: &&str| id[..id.len().min(most)].trim_end_matches('_').to_owned();
         ids.iter().map(short).collect::<Vec<_>>().join("_and_")
     }

@@ -6,17 +6,8 @@ use crate::fit::free_decay::FreeDecay;
 use crate::fit::noise::{periodogram, OF_RESIDUALS};
 use std::f64::consts::TAU;
 
-/// Stretches of a line, each drawn with its extremes.
-const STRETCHES: usize = 300;
-/// Bins of the reading, and residuals that make one.
+/// Bins of the reading.
 const BINS: usize = 30;
-const LEAST_IN_BIN: usize = 3;
-/// Highest frequency shown, of the highest that is spoken of.
-const HIGHEST_SHOWN: f64 = 3.0;
-/// Of loops: their amplitudes, of the release's; half cycles before one is closed; and points of each half.
-const LOOP_AMPLITUDES: [f64; 3] = [1.0, 0.5, 0.25];
-const LOOP_HALF_CYCLES: usize = 12;
-const LOOP_POINTS: usize = 40;
 
 /// What the lines are over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,7 +40,7 @@ impl Left {
             Kind::Time | Kind::Randomness => (Over::Time, over_time(decay, residuals)),
             Kind::SecondFrequency => {
                 let w = beside.frequency_rad_s.unwrap_or_default().max(decay.frequency_rad_s);
-                (Over::Frequency, over_frequency(residuals, decay.grid.step_s, HIGHEST_SHOWN * w))
+                (Over::Frequency, over_frequency(residuals, decay.grid.step_s, 3.0 * w))
             }
             Kind::Sensor => (Over::Reading, over_reading(&decay.yaw_rad, residuals)),
         };
@@ -59,18 +50,19 @@ impl Left {
     /// The loops of the memory in `fit`, which a law of angle and rate has no place for.
     pub fn memory(decay: &FreeDecay, fit: &Fitted) -> Self {
         let mut lines = Vec::new();
-        for amplitude_rad in LOOP_AMPLITUDES.map(|share| share * decay.amplitude_rad) {
+        for amplitude_rad in [1.0, 0.5, 0.25].map(|share| share * decay.amplitude_rad) {
             let mut memories = fit.motion().memories(0.0);
             let mut end = amplitude_rad;
-            for _ in 0..LOOP_HALF_CYCLES {
+            // Until the loop is closed.
+            for _ in 0..12 {
                 memories.turn(end);
                 end = -end;
             }
             for end in [end, -end] {
                 // Out from where it turned last, and back.
                 memories.turn(-end);
-                let at = |k: usize| end * (2.0 * k as f64 / (LOOP_POINTS - 1) as f64 - 1.0);
-                let mut x: Vec<f64> = (0..LOOP_POINTS).map(at).collect();
+                let at = |k: u8| end * (2.0 * f64::from(k) / 39.0 - 1.0);
+                let mut x: Vec<f64> = (0..40).map(at).collect();
                 let mut y: Vec<f64> = x.iter().map(|b| memories.moment(*b)).collect();
                 if end < 0.0 {
                     x.reverse();
@@ -83,10 +75,10 @@ impl Left {
     }
 }
 
-/// The least and the largest of each stretch, in their order.
+/// The least and the largest of each of three hundred stretches, in their order.
 fn over_time(decay: &FreeDecay, residuals: &[f64]) -> [Vec<f64>; 2] {
     let (mut x, mut y) = (Vec::new(), Vec::new());
-    let length = residuals.len().div_ceil(STRETCHES).max(1);
+    let length = residuals.len().div_ceil(300).max(1);
     for (k, part) in residuals.chunks(length).enumerate() {
         let by = |a: &usize, b: &usize| part[*a].total_cmp(&part[*b]);
         let ends = [(0..part.len()).min_by(by), (0..part.len()).max_by(by)];
@@ -119,7 +111,7 @@ fn over_reading(yaw_rad: &[f64], residuals: &[f64]) -> [Vec<f64>; 2] {
         *sum += residual;
     }
     let middle = |k: usize| low + (k as f64 + 0.5) / BINS as f64 * (high - low);
-    let filled = bins.iter().enumerate().filter(|(_, (count, _))| *count >= LEAST_IN_BIN);
+    let filled = bins.iter().enumerate().filter(|(_, (count, _))| *count >= 3);
     let points = filled.map(|(k, (count, sum))| (middle(k), sum / *count as f64));
     let (x, y) = points.unzip();
     [x, y]

@@ -16,10 +16,6 @@ use std::sync::Arc;
 
 /// Share by which a law has to predict better than one with fewer curves, or a formula than a simpler one.
 pub(super) const NO_BETTER: f64 = 0.02;
-/// Misfit on the curve over that of the nearest, up to which a formula is fitted to the records.
-const FITTED_UP_TO: f64 = 20.0;
-/// Least share of a line that no multiple of the curve can stand for.
-const APART: f64 = 1e-3;
 
 /// What to multiply the values of the law's dissipation with for its line; `None` where it has no such curve,
 /// or no formula. `plain` is the model without the law.
@@ -33,7 +29,7 @@ pub(super) fn line(lengths: &Lengths, plain: &Structure, found: &Tables) -> Opti
     let damping = found.damping();
     let mut near = Target::new(&damping, wn_rad_s).nearest(false, true);
     let least = near.iter().map(|n| n.misfit).fold(f64::INFINITY, f64::min);
-    near.retain(|n| n.misfit <= FITTED_UP_TO * least);
+    near.retain(|n| n.misfit <= 20.0 * least);
     // In place of the dissipation, beside the other curves.
     let parts = law.parts.iter().filter(|p| !is_damping(p)).copied().collect();
     let others = law.with(parts, false);
@@ -67,5 +63,6 @@ pub(super) fn line(lengths: &Lengths, plain: &Structure, found: &Tables) -> Opti
     let share = dot(&knots, &left) / dot(&left, &left);
     let beside: Line = std::array::from_fn(|k| knots[k] - share * left[k]);
     let own = dot(&beside, &knots);
-    (own > APART * dot(&knots, &knots)).then(|| beside.map(|x| x / own))
+    // Where a multiple of the curve stands for the line nothing is left.
+    (own > 1e-3 * dot(&knots, &knots)).then(|| beside.map(|x| x / own))
 }

@@ -15,18 +15,9 @@ use crate::discrepancy::ABOVE_NOISE;
 use crate::effects::{Effect, Part};
 use crate::error::Result;
 use crate::fit::fitting::Fitted;
-use crate::fit::segments::{fit_from, fit_towards, PieceFit, FIRST_STEPS, ROUGH, SETTLED};
+use crate::fit::segments::{fit_from, fit_towards, PieceFit, ROUGH, SETTLED};
 use crate::quantity::Quantity;
 use std::sync::Arc;
-
-/// Models tried on the record.
-const TRIED: usize = 12;
-/// Where the fit of a spring that yields begins: yield angles as shares of the largest, and its share of the
-/// stiffness.
-const YIELD_STARTS: [f64; 3] = [0.05, 0.2, 0.6];
-const YIELDING: f64 = 0.03;
-/// Share of the squares missed without the law's stiffness that hysteresis in its place may leave.
-const LEFT_BY_MEMORY: f64 = 0.01;
 
 /// A formula fitted to the record in place of the law.
 #[derive(Clone, Debug)]
@@ -90,8 +81,9 @@ pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
     stop.check()?;
     let least =
         |a: &NameFit, b: &NameFit| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad());
-    let yields = YIELD_STARTS.iter().map_at_once(|y| {
-        trial.fitted(Effect::with_memory(), &[YIELDING * wn * wn, y * found.law.yaw_rad])
+    // A spring with a little of the stiffness yields at some share of the largest angle.
+    let yields = [0.05, 0.2, 0.6].into_iter().map_at_once(|share| {
+        trial.fitted(Effect::with_memory(), &[0.03 * wn * wn, share * found.law.yaw_rad])
     });
     let memory = yields.flatten().min_by(least);
     stop.check()?;
@@ -156,13 +148,13 @@ fn nearest(releases: &Releases, found: &Measured) -> Result<Vec<OnCurve>> {
     let has = |part: Part| found.law.parts.iter().any(|(p, _)| *p == part);
     let bends = has(Part::Stiffness) || has(Part::UnevenStiffness);
     let dissipates = found.law.friction || has(Part::Damping) || has(Part::UnevenDamping);
-    let stiffness = of(bends, found.stiffness(), true);
-    let damping = of(dissipates, found.damping(), false);
+    let stiffness = of(bends, found.tables().stiffness(), true);
+    let damping = of(dissipates, found.tables().damping(), false);
     releases.first().stop.check()?;
     let mut all: Vec<OnCurve> =
         stiffness.iter().flat_map(|s| damping.iter().map(move |d| joined(s, d))).collect();
     all.sort_by(|a, b| a.misfit.total_cmp(&b.misfit));
-    all.truncate(TRIED);
+    all.truncate(12);
     all.extend(stiffness.into_iter().chain(damping));
     Ok(all)
 }
@@ -177,7 +169,7 @@ struct NameFit {
 impl NameFit {
     /// The effect's numbers.
     fn numbers(&self) -> &[f64] {
-        &self.fit.common[self.fit.start_of(self.fit.structure.effects.len() - 1)..]
+        &self.fit.common[self.fit.start_of(&self.effect)..]
     }
 }
 
@@ -195,21 +187,16 @@ impl Trial<'_> {
         if found.held_out_over_noise < ABOVE_NOISE {
             return false;
         }
-        // Beside hysteresis the dissipation is another, and so would its line be.
-        let law = Effect::Measured(Arc::new(found.law.without_line(None)));
-        let mut structure = found.fit.structure.clone();
-        structure.effects.pop();
-        let structure = structure.with(&law).with(&other.effect);
-        let mut common = found.fit.common.clone();
-        common.extend(other.numbers());
+        let structure = found.with_line().with(&other.effect);
+        let common = [&found.fit.common[..], other.numbers()].concat();
         let fit = fit_from(&lengths.long, &structure, &common, SETTLED);
         let with = predict_within(&lengths.predicted, &fit);
         !releases.first().stop.is_requested() && with.is_better_than(&found.prediction)
     }
 
-    /// Whether hysteresis stands for the law's stiffness: beside its dissipation it leaves little of what
-    /// that alone misses, and predicts better than `best`, the best formula. A curve through many knots may
-    /// do as well where the springs that yield are stiff.
+    /// Whether hysteresis stands for the law's stiffness: beside its dissipation it leaves a hundredth of the
+    /// squares that that alone misses, and predicts better than `best`, the best formula. A curve through
+    /// many knots may do as well where the springs that yield are stiff.
     fn remembers(&self, hysteresis: &NameFit, best: Option<&NameFit>) -> bool {
         let Self { releases, lengths, found } = self;
         let of_yaw = |(part, _): &(Part, f64)| part.is_of_yaw();
@@ -231,7 +218,7 @@ impl Trial<'_> {
                 common.extend(*numbers);
             }
             let short = fit_from(&lengths.short, &structure, &common, ROUGH);
-            fit_towards(&lengths.long, &structure, &short.common, FIRST_STEPS)
+            fit_towards(&lengths.long, &structure, &short.common)
         };
         let predicted = |begun: &PieceFit| {
             let fit = fit_from(&lengths.long, &begun.structure, &begun.common, SETTLED);
@@ -247,7 +234,7 @@ impl Trial<'_> {
         }
         let left =
             (square(&with) - by_law) / (square(&predicted(&begun(&[law]))) - by_law).max(0.0);
-        !releases.first().stop.is_requested() && left < LEFT_BY_MEMORY
+        !releases.first().stop.is_requested() && left < 0.01
     }
 
     /// `effect` in place of the law, fitted from `values` of what the fit varies.

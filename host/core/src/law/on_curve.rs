@@ -7,9 +7,6 @@ use crate::diagnosis::likelihood::BREADTH;
 use nalgebra::{DMatrix, DVector};
 use yawrig_expression::OwnEffect;
 
-/// Uncertainty of a curve at least, of its largest value.
-const LEAST_U: f64 = 0.01;
-
 /// A formula on a curve: its parameters there, and how far it is from it.
 pub(super) struct OnCurve {
     pub(super) formula: Formula,
@@ -46,12 +43,12 @@ pub(super) struct Target<'a> {
 }
 
 impl<'a> Target<'a> {
-    /// No point counts as better known than [`LEAST_U`] of the largest moment of `curve`, for a formula need
+    /// No point counts as better known than a hundredth of the largest moment of `curve`, for a formula need
     /// not go through each bend of a spline.
     pub(super) fn new(curve: &'a [Point], wn: f64) -> Self {
         let largest = curve.iter().fold(0.0f64, |m, p| m.max(p.moment_rad_s2.value.abs()));
         let points: Vec<&Point> = curve.iter().filter(|p| p.at != 0.0).collect();
-        let u = points.iter().map(|p| p.moment_rad_s2.u.max(LEAST_U * largest)).collect();
+        let u = points.iter().map(|p| p.moment_rad_s2.u.max(0.01 * largest)).collect();
         Self { points, u, reach: curve.last().map_or(1.0, |p| p.at), wn }
     }
 

@@ -123,20 +123,20 @@ impl<'a> Releases<'a> {
     /// Numbers of each release at its beginning, in the order given, where its pieces have led.
     pub(crate) fn begun(&self, fit: &PieceFit) -> Vec<Vec<f64>> {
         let mut out = vec![Vec::new(); self.given.len()];
-        for (i, &given) in self.given.iter().enumerate() {
-            let first = fit.own.iter().position(|own| *own == self.own(i));
-            out[given] = fit.numbers(first.expect("a piece of each release"));
-        }
+        self.given.iter().zip(self.begins(fit)).for_each(|(&given, begin)| out[given] = begin);
         out
+    }
+
+    /// The same, from the release with the largest angle on.
+    fn begins(&self, fit: &PieceFit) -> Vec<Vec<f64>> {
+        let first = |i: usize| fit.own.iter().position(|own| *own == self.own(i));
+        let of = |i: usize| fit.numbers(first(i).expect("a piece of each release"));
+        (0..self.decays.len()).map(of).collect()
     }
 
     /// All fitted whole from where their pieces have led, by fixed steps and then by steps that adapt; the
     /// first release's share of it.
     pub(super) fn whole(&self, fit: &PieceFit) -> Result<Fitted> {
-        // The first piece of each.
-        let begins = |i: usize| fit.own.iter().position(|own| *own == self.own(i));
-        let starts: Vec<Vec<f64>> =
-            (0..self.decays.len()).filter_map(begins).map(|k| fit.numbers(k)).collect();
         let releases: Vec<Release> = self.decays.iter().map(|d| Release::whole(d)).collect();
         let effects = vec![vec![Some(0); releases.len()]; fit.structure.effects.len()];
         let sharing = Sharing { modal: self.modal.clone(), effects };
@@ -147,7 +147,7 @@ impl<'a> Releases<'a> {
             Ok(fit)
         };
         let near: Vec<Vec<f64>> =
-            fitted(true, &starts)?.fits.into_iter().map(|fit| fit.parameters).collect();
+            fitted(true, &self.begins(fit))?.fits.into_iter().map(|fit| fit.parameters).collect();
         Ok(fitted(false, &near)?.fits.swap_remove(0))
     }
 }

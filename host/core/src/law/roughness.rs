@@ -4,26 +4,15 @@
 //! eliminated. So what any roughness would predict of a piece that was left out is a matter of linear
 //! algebra, and many can be tried.
 
-use crate::at_once::AtOnce;
 use crate::diagnosis::prediction::BETTER;
 use crate::effects::{Effect, MeasuredLaw, Part, KNOTS};
-use crate::fit::fitting::Structure;
-use crate::fit::pieces::{fit_state, Piece, Pieces};
+use crate::fit::pieces::{Piece, Pieces};
 use crate::fit::segments::{quadratics, PieceFit, Quadratic};
-use crate::fit::structure::motion;
 use crate::motion::simulate::Motion;
 use crate::quantity::CHANCE;
 use crate::solver::step_within;
-use crate::statistics::independent_share;
+use crate::statistics::{correlation, independent_share};
 use nalgebra::{Cholesky, DMatrix, DVector};
-
-/// Exponents of ten that are tried.
-const LEAST_EXPONENT: i32 = -11;
-const MOST_EXPONENT: i32 = 2;
-/// Share of a matrix' diagonal by which a step is damped.
-const STEP_DAMPING: f64 = 1e-9;
-/// Times each curve's weight is chosen anew, the others' kept.
-const SWEEPS: usize = 2;
 
 /// A fit's neighbourhood.
 pub(super) struct Nearby<'a> {
@@ -41,11 +30,9 @@ pub(super) struct Nearby<'a> {
 }
 
 impl<'a> Nearby<'a> {
-    /// `fit` holds `law` as its last effect, whose parameters begin at `begin`; `states` are those of
-    /// `pieces`.
+    /// `fit` holds `law` as its last effect, whose parameters begin at `begin`.
     pub(super) fn new(
         pieces: &Pieces,
-        states: &[[f64; 2]],
         fit: &PieceFit,
         law: &'a MeasuredLaw,
         begin: usize,
@@ -56,7 +43,8 @@ impl<'a> Nearby<'a> {
         let effect = Effect::Measured(law.with(parts, law.friction).into());
         *structure.effects.last_mut()? = effect.clone();
         let all: Vec<&Piece> = pieces.decays.iter().collect();
-        let (quadratics, free, bounds) = quadratics(&all, &structure, &fit.common, states)?;
+        let states = pieces.states(&fit.structure, &fit.common);
+        let (quadratics, free, bounds) = quadratics(&all, &structure, &fit.common, &states)?;
         let stiff = |piece: &Piece| {
             // Of one size all.
             let size = effect.sizes(&piece.scale()).first().copied().unwrap_or(1.0);
@@ -88,10 +76,6 @@ impl<'a> Nearby<'a> {
         })
     }
 
-    fn here(&self) -> DVector<f64> {
-        DVector::from_iterator(self.free.len(), self.free.iter().map(|&j| self.common[j]))
-    }
-
     /// Matrix and step of the pieces but `left_out`.
     fn solved(
         &self,
@@ -106,12 +90,12 @@ impl<'a> Nearby<'a> {
             g += &piece.gradient;
             stiff += self.stiff[i];
         }
-        let here = self.here();
+        let here = DVector::from_iterator(n, self.free.iter().map(|&j| self.common[j]));
         g += penalty * &here * stiff;
         a += penalty * stiff;
         let mut damped = a.clone();
         for k in 0..n {
-            damped[(k, k)] += STEP_DAMPING * a[(k, k)].max(1e-30);
+            damped[(k, k)] += 1e-9 * a[(k, k)].max(1e-30);
         }
         let step = step_within(&damped, &g, &|k| {
             let (low, high) = self.bounds[self.free[k]];
@@ -159,9 +143,10 @@ impl<'a> Nearby<'a> {
         let mut weights: Vec<f64> = self.law.parts.iter().map(|(_, w)| *w).collect();
         let mut kept = vec![true; weights.len()];
         let mut friction = self.law.friction;
-        for _ in 0..SWEEPS {
+        // Each curve's weight twice, the others' kept.
+        for _ in 0..2 {
             for k in 0..weights.len() {
-                let tried = (LEAST_EXPONENT..=MOST_EXPONENT).map(|exponent| {
+                let tried = (-11..=2).map(|exponent| {
                     let mut weights = weights.clone();
                     weights[k] = 10f64.powi(exponent);
                     let errors = self.predicted(&weights, friction);
@@ -206,25 +191,13 @@ impl<'a> Nearby<'a> {
     }
 }
 
-/// The state of each piece under shared parameters, and its sum of squares (rad2).
-pub(super) fn states(
-    pieces: &Pieces,
-    structure: &Structure,
-    common: &[f64],
-) -> Vec<([f64; 2], f64)> {
-    let of = |piece: &Piece| fit_state(piece, structure, common, piece.begun(structure, common));
-    pieces.decays.iter().map_at_once(of).collect()
-}
-
 /// Each piece with its motion under a fit, and the sensor's zero.
 fn simulated<'a>(
     pieces: &'a Pieces,
     fit: &'a PieceFit,
 ) -> impl Iterator<Item = (&'a Piece, Motion, f64)> {
-    let starts = fit.structure.starts();
-    pieces.decays.iter().zip(&fit.states).map(move |(piece, state)| {
-        let numbers = piece.numbers(&fit.structure, &fit.common, *state);
-        let (motion, zero) = motion(&fit.structure, &starts, &numbers, piece.around());
+    pieces.decays.iter().enumerate().map(|(k, piece)| {
+        let (motion, zero) = fit.structure.motion(&fit.numbers(k), piece.around());
         (piece, motion, zero)
     })
 }
@@ -242,14 +215,10 @@ pub(super) fn reached(pieces: &Pieces, fit: &PieceFit) -> (f64, f64) {
 
 /// Residuals to each that counts as independent, by their lag-one correlation; at least 1.
 pub(super) fn inflation(pieces: &Pieces, fit: &PieceFit) -> f64 {
-    let (mut lag, mut power) = (0.0, 0.0);
-    for (piece, motion, zero) in simulated(pieces, fit) {
-        let mut readings = vec![0.0; piece.grid.count];
-        motion.readings(&piece.grid, &mut readings);
-        let residuals: Vec<f64> =
-            piece.yaw_rad.iter().zip(&readings).map(|(y, model)| y - model - zero).collect();
-        lag += residuals.windows(2).map(|e| e[0] * e[1]).sum::<f64>();
-        power += residuals.iter().map(|e| e * e).sum::<f64>();
-    }
-    1.0 / independent_share(if power > 0.0 { lag / power } else { 0.0 })
+    let residuals = |(piece, motion, zero): (&Piece, Motion, f64)| {
+        let rows = piece.yaw_rad.iter().zip(motion.readings(&piece.grid));
+        rows.map(|(y, model)| y - model - zero).collect()
+    };
+    let residuals: Vec<Vec<f64>> = simulated(pieces, fit).map(residuals).collect();
+    1.0 / independent_share(correlation(&residuals))
 }

@@ -4,9 +4,6 @@ use crate::effects::MeasuredLaw;
 use crate::quantity::Quantity;
 use nalgebra::{DMatrix, DVector};
 
-/// Points from one end to the other.
-const CURVE_POINTS: usize = 41;
-
 /// A point of a law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
@@ -18,10 +15,10 @@ pub struct Point {
 
 /// A law among the shared parameters of a fit, which it ends; natural frequency and damping ratio are the
 /// first two.
-pub(super) struct Tables<'a> {
-    pub(crate) law: &'a MeasuredLaw,
-    pub(crate) common: &'a [f64],
-    pub(crate) covariance: &'a DMatrix<f64>,
+pub struct Tables<'a> {
+    pub(super) law: &'a MeasuredLaw,
+    pub(super) common: &'a [f64],
+    pub(super) covariance: &'a DMatrix<f64>,
 }
 
 impl Tables<'_> {
@@ -40,11 +37,11 @@ impl Tables<'_> {
     }
 
     fn table(&self, reach: f64, row: impl Fn(f64) -> DVector<f64>) -> Vec<Point> {
-        let point = |k: usize| {
-            let at = reach * (2.0 * k as f64 / (CURVE_POINTS - 1) as f64 - 1.0);
+        let point = |k: u8| {
+            let at = reach * (2.0 * f64::from(k) / 40.0 - 1.0);
             Point { at, moment_rad_s2: self.quantity(&row(at)) }
         };
-        (0..CURVE_POINTS).map(point).collect()
+        (0..=40).map(point).collect()
     }
 
     /// D at a rate, rad/s2, as it stands.
@@ -53,35 +50,38 @@ impl Tables<'_> {
         row.iter().zip(self.common).map(|(a, b)| a * b).sum()
     }
 
-    pub(super) fn stiffness(&self) -> Vec<Point> {
+    /// K(b) over the yaw angles reached, rad from the rest: what the whole restoring moment is beyond wn^2 b,
+    /// whose line is taken as it is. The uncertainty is that of the whole.
+    pub fn stiffness(&self) -> Vec<Point> {
         beyond(self.total_stiffness(), self.common[0] * self.common[0])
     }
 
-    pub(super) fn damping(&self) -> Vec<Point> {
+    /// D(r) over the yaw rates reached, rad/s: beyond 2 zeta wn r, alike.
+    pub fn damping(&self) -> Vec<Point> {
         beyond(self.total_damping(), 2.0 * self.common[1] * self.common[0])
     }
 
-    pub(super) fn total_stiffness(&self) -> Vec<Point> {
+    /// wn^2 b + K(b): the whole restoring moment.
+    pub fn total_stiffness(&self) -> Vec<Point> {
         let wn = self.common[0];
         // Linear about the fit: half of d(wn^2 b)/d wn times wn.
-        let mut points = self.table(self.law.yaw_rad, |b| {
+        let points = self.table(self.law.yaw_rad, |b| {
             let mut row = self.widened(&self.law.rows(b, 0.0)[0]);
             row[0] = 2.0 * wn * b;
             row
         });
-        points.iter_mut().for_each(|p| p.moment_rad_s2.value -= wn * wn * p.at);
-        points
+        beyond(points, wn * wn)
     }
 
-    pub(super) fn total_damping(&self) -> Vec<Point> {
+    /// 2 zeta wn r + D(r): the whole dissipation.
+    pub fn total_damping(&self) -> Vec<Point> {
         let (wn, zeta) = (self.common[0], self.common[1]);
-        let mut points = self.table(self.law.rate_rad_s, |r| {
+        let points = self.table(self.law.rate_rad_s, |r| {
             let mut row = self.widened(&self.law.rows(0.0, r)[1]);
             (row[0], row[1]) = (2.0 * zeta * r, 2.0 * wn * r);
             row
         });
-        points.iter_mut().for_each(|p| p.moment_rad_s2.value -= 2.0 * zeta * wn * p.at);
-        points
+        beyond(points, 2.0 * zeta * wn)
     }
 }
 

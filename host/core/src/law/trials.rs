@@ -2,7 +2,7 @@
 
 use super::line::{line, NO_BETTER};
 use super::releases::Releases;
-use super::roughness::{states, Nearby};
+use super::roughness::Nearby;
 use super::tables::Tables;
 use crate::diagnosis::over_pieces::Lengths;
 use crate::diagnosis::prediction::{predict_within, Prediction};
@@ -13,14 +13,6 @@ use crate::fit::segments::{fit_from, PieceFit, FINE, ROUGH};
 use nalgebra::DMatrix;
 use std::cmp::Ordering;
 use std::sync::Arc;
-
-/// Times the roughness is chosen and the law fitted with it.
-const ROUGHNESS_ROUNDS: usize = 2;
-/// Times knots are moved to where the best law bends.
-const BENDS: usize = 4;
-/// Share of the weight that predicts best with which a law is fitted in the end, where it predicts as well:
-/// its band knows of noise, not of what a curve that is as smooth as predicts best has lost.
-const ROUGHER: f64 = 0.1;
 
 /// A law fitted with one choice of its curves and their roughness.
 #[derive(Clone)]
@@ -40,14 +32,6 @@ impl Trial {
             Ordering::Greater => ratio < 1.0 - NO_BETTER,
         }
     }
-}
-
-/// What changes from one trial to the next.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum Change {
-    Roughness,
-    /// Of the roughness, too: the knots go to where the law bends.
-    Knots,
 }
 
 pub(super) struct Trials<'a> {
@@ -75,8 +59,8 @@ impl<'a> Trials<'a> {
         self.structure.with(&Effect::Measured(Arc::new(law.clone())))
     }
 
-    /// Rounds in which the law's roughness, and with [`Change::Knots`] its knots, are chosen anew; the best
-    /// is kept.
+    /// Rounds in which the law's roughness is chosen anew and, if `knots_move`, its knots go to where it
+    /// bends; the best is kept.
     ///
     /// # Errors
     /// Interrupted.
@@ -84,9 +68,9 @@ impl<'a> Trials<'a> {
         &mut self,
         mut law: MeasuredLaw,
         mut fit: PieceFit,
-        change: Change,
+        knots_move: bool,
     ) -> Result<()> {
-        let rounds = if change == Change::Knots { BENDS } else { ROUGHNESS_ROUNDS };
+        let rounds = if knots_move { 4 } else { 2 };
         for round in 0..=rounds {
             let Some((trial, mut next)) = self.judged(&law, &fit) else { break };
             self.releases.first().stop.check()?;
@@ -96,28 +80,32 @@ impl<'a> Trials<'a> {
             if round == rounds {
                 break;
             }
-            if change == Change::Knots {
+            if knots_move {
                 next = next.placed(law.refined(&fit.common[self.begin..]).knots);
             }
-            let mut common = fit.common[..self.begin].to_vec();
-            common.extend(law.translated(&fit.common[self.begin..], &next));
-            fit = self.fitted(&next, &common)?;
+            fit = self.fitted(&next, &self.translated(&law, &fit, &next))?;
             law = next;
         }
         Ok(())
     }
 
-    /// The best with less of its weight, if it predicts as well.
+    /// The best with a tenth of its weight, if it predicts as well: its band knows of noise, not of what a
+    /// curve that is as smooth as predicts best has lost.
     ///
     /// # Errors
     /// No law was judged, or interrupted.
     pub(super) fn with_more_roughness(&mut self) -> Result<()> {
         let Trial { law, fit, .. } = self.best.as_ref().ok_or(Error::NoLaw)?;
-        let parts = law.parts.iter().map(|(part, weight)| (*part, ROUGHER * weight)).collect();
+        let parts = law.parts.iter().map(|(part, weight)| (*part, 0.1 * weight)).collect();
         let rougher = law.with(parts, law.friction);
-        let mut common = fit.common[..self.begin].to_vec();
-        common.extend(law.translated(&fit.common[self.begin..], &rougher));
+        let common = self.translated(law, fit, &rougher);
         self.take_if_as_good(&rougher, &common)
+    }
+
+    /// Common numbers of `fit`, which holds `law`, as those of one that holds `other`.
+    fn translated(&self, law: &MeasuredLaw, fit: &PieceFit, other: &MeasuredLaw) -> Vec<f64> {
+        let (common, values) = fit.common.split_at(self.begin);
+        [common, &law.translated(values, other)].concat()
     }
 
     /// The best without the line of its dissipation, which is the damping ratio's, if it predicts as well.
@@ -162,9 +150,7 @@ impl<'a> Trials<'a> {
     /// How well a fit predicts, and the law near it that predicts best.
     fn judged(&self, law: &MeasuredLaw, fit: &PieceFit) -> Option<(Trial, MeasuredLaw)> {
         let lengths = self.lengths;
-        let found = states(&lengths.predicted, &fit.structure, &fit.common);
-        let begins: Vec<[f64; 2]> = found.iter().map(|f| f.0).collect();
-        let nearby = Nearby::new(&lengths.predicted, &begins, fit, law, self.begin)?;
+        let nearby = Nearby::new(&lengths.predicted, fit, law, self.begin)?;
         let covariance = nearby.covariance()?;
         let prediction = predict_within(&lengths.predicted, fit);
         let trial = Trial { law: law.clone(), fit: fit.clone(), covariance, prediction };

@@ -6,10 +6,10 @@ use crate::motion::own_motion::Walker;
 use crate::motion::pace::Pace;
 
 impl Motion {
-    /// The reading at every instant of `grid`, rad, into `out`: that of the plain part under the moments of
-    /// the effects where the motion has the angles and rates `states`. Of states of its own it is its own
-    /// reading; behind a random moment, which moves them, it is what is left without that moment's response.
-    pub(crate) fn readings_along(&self, states: &[[f64; 2]], grid: &Grid, out: &mut [f64]) {
+    /// The reading at every instant of `grid`, rad: that of the plain part under the moments of the effects
+    /// where the motion has the angles and rates `states`. Of states of its own it is its own reading; behind
+    /// a random moment, which moves them, it is what is left without that moment's response.
+    pub(crate) fn readings_along(&self, states: &[[f64; 2]], grid: &Grid) -> Vec<f64> {
         let (wn, h) = (self.natural_frequency_rad_s, grid.step_s);
         let plain = |[b, r]: [f64; 2]| -wn * (wn * b + 2.0 * self.damping_ratio * r);
         let Flow([p, q, u, v]) = self.flow(h);
@@ -17,7 +17,8 @@ impl Motion {
         let mut walker = Walker::new(self, 1.0, 0, grid.start_s, Pace::Own);
         let (mut b, mut r) = (self.yaw_rad, self.rate_rad_s);
         let mut before: Option<([f64; 2], f64)> = None;
-        for (k, (out, state)) in out.iter_mut().zip(states).enumerate() {
+        let mut out = Vec::with_capacity(grid.count);
+        for (k, state) in states.iter().enumerate().take(grid.count) {
             if before.is_some_and(|(last, _)| last[1] * state[1] < 0.0) {
                 walker.memories.turn(state[0]);
             }
@@ -26,10 +27,11 @@ impl Motion {
                 let kick = 0.5 * h * (last + moment);
                 (b, r) = (p * b + q * r + turned * kick, u * b + v * r + kicked * kick);
             }
-            *out = b;
+            out.push(b);
             before = Some((*state, moment));
         }
-        self.read(grid, out, [self.rate_rad_s, r]);
+        self.read(grid, &mut out, [self.rate_rad_s, r]);
+        out
     }
 }
 
@@ -60,12 +62,9 @@ mod tests {
             let point = Grid { mean_width_s: 0.0, ..grid };
             let (yaw, rate) = motion.readings_and_rates(&point);
             let states: Vec<[f64; 2]> = yaw.into_iter().zip(rate).map(|(b, r)| [b, r]).collect();
-            let (mut own, mut along) = (vec![0.0; 300], vec![0.0; 300]);
-            motion.readings(&grid, &mut own);
-            motion.readings_along(&states, &grid, &mut along);
-            let plain = Motion { terms: Terms::default(), ..motion };
-            let mut without = vec![0.0; 300];
-            plain.readings(&grid, &mut without);
+            let own = motion.readings(&grid);
+            let along = motion.readings_along(&states, &grid);
+            let without = Motion { terms: Terms::default(), ..motion }.readings(&grid);
             let rms = |a: &[f64], b: &[f64]| {
                 let squares = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
                 (squares / 300.0).sqrt()

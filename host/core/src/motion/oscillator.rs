@@ -2,9 +2,6 @@
 
 use crate::effects::{Memories, Terms};
 
-/// Of its first amplitude, or of a radian where that is less: the yaw angle of a motion that has run away.
-const RUNAWAY: f64 = 1e3;
-
 /// Even grid of instants at which the reading is wanted, time from the release.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
@@ -92,10 +89,14 @@ impl Motion {
         Self { terms: self.terms.of_angle(), ..self.clone() }
     }
 
-    /// A yaw angle beyond which the motion has run away.
+    /// Of the plain model with this state.
+    pub(super) fn amplitude_rad(&self) -> f64 {
+        self.yaw_rad.hypot(self.rate_rad_s / self.natural_frequency_rad_s)
+    }
+
+    /// A yaw angle beyond which the motion has run away: a thousand times its amplitude, or radians.
     pub(super) fn runaway_rad(&self) -> f64 {
-        let amplitude = self.yaw_rad.hypot(self.rate_rad_s / self.natural_frequency_rad_s);
-        RUNAWAY * amplitude.max(1.0)
+        1e3 * self.amplitude_rad().max(1.0)
     }
 
     pub(crate) fn flow(&self, time_s: f64) -> Flow {

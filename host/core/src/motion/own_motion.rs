@@ -17,23 +17,8 @@ use crate::motion::oscillator::{root, Flow, Motion, Walk};
 use std::cell::RefCell;
 use yawrig_expression::Prepared;
 
-/// Disagreement of the pair in one step, of the amplitude, above which the step is halved.
-const STEP_TOLERANCE: f64 = 5e-8;
-/// The same of a motion that is to be precise.
-const PRECISE: f64 = 1e-10;
-/// A step that does so much better is followed by one of twice the size.
-const SLACK: f64 = 1.0 / 64.0;
-/// Halving a step divides the pair's disagreement by two to this power.
-const ORDER: f64 = 5.0;
-/// Most halvings of a step, and at once.
+/// Most halvings of a step.
 const MOST_HALVINGS: usize = 24;
-const MOST_SHORTENING: f64 = 4.0;
-/// Attempts that a simulation may take: so many, and so many more for each of its steps.
-const ATTEMPTS: (u64, u64) = (20_000, 50);
-/// Attempts that finding a corner is counted as.
-const CORNER_ATTEMPTS: u64 = 10;
-/// Disagreement, in tolerances, up to which the steps of another motion are followed.
-const FOLLOWED: f64 = 8.0;
 
 impl Motion {
     /// b'' at this angle and rate and at the first instant, rad/s2; what remembers, as if it began there.
@@ -71,6 +56,7 @@ pub(crate) struct Walker<'a> {
     step_s: f64,
     stiffness: f64,
     amplitude: f64,
+    /// Disagreement of the pair in one step, of the amplitude, above which the step is halved.
     tolerance: f64,
     piece: Piece,
     own: RefCell<Vec<Prepared>>,
@@ -103,8 +89,8 @@ impl<'a> Walker<'a> {
             motion,
             step_s,
             stiffness: motion.natural_frequency_rad_s.powi(2),
-            amplitude: b.hypot(r / motion.natural_frequency_rad_s),
-            tolerance: if terms.precise { PRECISE } else { STEP_TOLERANCE },
+            amplitude: motion.amplitude_rad(),
+            tolerance: if terms.precise { 1e-10 } else { 5e-8 },
             piece: Piece::at([b, r], terms.dead_zone_rad),
             own: RefCell::new(
                 terms
@@ -118,7 +104,8 @@ impl<'a> Walker<'a> {
             crosses: corner(|p| p.has_yaw_corner),
             halved: vec![Flows::new(motion, step_s)],
             level: 0,
-            attempts_left: ATTEMPTS.0 + ATTEMPTS.1 * steps,
+            // More are a sign of what no step is short enough for.
+            attempts_left: 20_000 + 50 * steps,
             pace,
         }
     }
@@ -127,7 +114,7 @@ impl<'a> Walker<'a> {
     fn moment(&self, b: f64, r: f64, t: f64, piece: Piece) -> f64 {
         let terms = &self.motion.terms;
         let inside = terms.dead_zone_rad > 0.0 && piece.side == 0.0;
-        let spring = -self.stiffness * (b - self.slack(piece));
+        let spring = -self.stiffness * (b - piece.slack(terms.dead_zone_rad));
         // Within the dead zone the flow's spring is taken back.
         let (spring, taken_back) = if inside { (0.0, self.stiffness * b) } else { (spring, 0.0) };
         let mut own = self.own.borrow_mut();
@@ -139,20 +126,10 @@ impl<'a> Walker<'a> {
             + taken_back
     }
 
-    /// Where the spring of this side has no moment.
-    fn slack(&self, piece: Piece) -> f64 {
-        let play = self.motion.terms.dead_zone_rad;
-        if play > 0.0 {
-            play * piece.side
-        } else {
-            0.0
-        }
-    }
-
     /// Where the plain model with the piece's constant moments would rest.
     fn middle(&self, piece: Piece) -> f64 {
         let terms = &self.motion.terms;
-        self.slack(piece)
+        piece.slack(terms.dead_zone_rad)
             + (terms.constant_moment_rad_s2 - terms.dry_friction_rad_s2 * piece.direction)
                 / self.stiffness
     }
@@ -247,12 +224,13 @@ impl<'a> Walker<'a> {
                 self.attempt_of(b, r, t + at, moment, left)
             };
             let step_s = whole.min(left);
-            let bearable = followed.map_or(1.0, |_| FOLLOWED) * self.tolerance;
+            // The steps of another motion are followed up to eight tolerances.
+            let bearable = followed.map_or(1.0, |_| 8.0) * self.tolerance;
             let good = end.error <= bearable;
             if !good && self.level < MOST_HALVINGS {
-                let needed = ((end.error / self.tolerance).log2() / ORDER).ceil();
-                let more =
-                    if needed.is_finite() { needed.clamp(1.0, MOST_SHORTENING) } else { 1.0 };
+                // Halving a step divides the pair's disagreement by two to its order.
+                let needed = ((end.error / self.tolerance).log2() / 5.0).ceil();
+                let more = if needed.is_finite() { needed.clamp(1.0, 4.0) } else { 1.0 };
                 self.halve(self.level + more as usize);
                 continue;
             }
@@ -260,7 +238,8 @@ impl<'a> Walker<'a> {
                 return (f64::NAN, f64::NAN);
             }
             self.pace.keep(self.level);
-            if end.error < SLACK * self.tolerance {
+            // One that does so much better is followed by one of twice the size.
+            if end.error < self.tolerance / 64.0 {
                 self.level = self.level.saturating_sub(1);
             }
             if self.is_within(end.b, end.r) {
@@ -270,7 +249,8 @@ impl<'a> Walker<'a> {
             }
             let corner_s;
             (b, r, corner_s) = self.turn_the_corner(b, r, t + at, moment, step_s);
-            self.attempts_left = self.attempts_left.saturating_sub(CORNER_ATTEMPTS);
+            // Finding it took about ten attempts.
+            self.attempts_left = self.attempts_left.saturating_sub(10);
             at += corner_s;
             first = None;
         }
@@ -281,19 +261,7 @@ impl<'a> Walker<'a> {
     fn is_within(&self, b: f64, r: f64) -> bool {
         let turned = self.turns && r * self.piece.direction < 0.0;
         let crossed = self.crosses && b * self.piece.half < 0.0;
-        !turned && !crossed && self.edge(b).is_none()
-    }
-
-    /// The edge of the dead zone that has been passed.
-    fn edge(&self, b: f64) -> Option<f64> {
-        let g = self.motion.terms.dead_zone_rad;
-        if g == 0.0 {
-            None
-        } else if self.piece.side == 0.0 {
-            (b.abs() > g).then(|| g.copysign(b))
-        } else {
-            (b * self.piece.side < g).then_some(g * self.piece.side)
-        }
+        !turned && !crossed && self.piece.edge(b, self.motion.terms.dead_zone_rad).is_none()
     }
 
     /// Goes to the first corner within the step, into the next piece; how long that takes, s.
@@ -309,7 +277,7 @@ impl<'a> Walker<'a> {
         let Piece { direction, half, .. } = self.piece;
         let turned = self.turns && end.r * direction < 0.0;
         let crossed = self.crosses && end.b * half < 0.0;
-        let edge = self.edge(end.b);
+        let edge = self.piece.edge(end.b, self.motion.terms.dead_zone_rad);
         let go = |tau: f64| self.attempt_of(b, r, t, first, tau);
         let turn_s = if turned { root(step_s, |tau| go(tau).r * direction) } else { f64::INFINITY };
         let cross_s = if crossed { root(step_s, |tau| go(tau).b * half) } else { f64::INFINITY };
@@ -321,7 +289,7 @@ impl<'a> Walker<'a> {
         let mut there = go(first_s);
         if first_s == edge_s {
             there.b = edge.unwrap_or(there.b);
-            self.piece.side = if self.piece.side == 0.0 { there.b.signum() } else { 0.0 };
+            self.piece.pass(there.b);
         } else if first_s == cross_s {
             there.b = 0.0;
             self.piece.half = -half;

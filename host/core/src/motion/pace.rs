@@ -6,12 +6,9 @@
 pub(crate) struct Steps {
     /// Steps that the walker was asked for, of each step of the grid.
     pub(crate) substeps: f64,
-    /// Halvings of each step taken; [`END`] where the next one asked for begins.
-    halvings: Vec<u8>,
+    /// Halvings of each step taken; none where the next one asked for begins.
+    halvings: Vec<Option<u8>>,
 }
-
-/// No number of halvings.
-const END: u8 = u8::MAX;
 
 /// Whose steps a motion takes.
 pub(crate) enum Pace<'p> {
@@ -30,15 +27,15 @@ impl<'p> Pace<'p> {
     /// How often the next step is halved, where another motion says so.
     pub(super) fn next(&mut self) -> Option<usize> {
         let Self::Followed(steps, taken) = self else { return None };
-        let next = steps.halvings.get(*taken).filter(|h| **h != END)?;
+        let next = (*steps.halvings.get(*taken)?)?;
         *taken += 1;
-        Some(usize::from(*next))
+        Some(usize::from(next))
     }
 
     /// A step halved so often has been taken.
     pub(super) fn keep(&mut self, halvings: usize) {
         if let Self::Kept(steps) = self {
-            steps.halvings.push(halvings as u8);
+            steps.halvings.push(Some(halvings as u8));
         }
     }
 
@@ -46,10 +43,10 @@ impl<'p> Pace<'p> {
     pub(super) fn end(&mut self) {
         match self {
             Self::Own => {}
-            Self::Kept(steps) => steps.halvings.push(END),
+            Self::Kept(steps) => steps.halvings.push(None),
             Self::Followed(steps, taken) => {
                 let rest = steps.halvings.get(*taken..).unwrap_or_default();
-                *taken += rest.iter().position(|&h| h == END).map_or(0, |at| at + 1);
+                *taken += rest.iter().position(Option::is_none).map_or(0, |at| at + 1);
             }
         }
     }

@@ -19,4 +19,30 @@ impl Piece {
             half: b.signum(),
         }
     }
+
+    /// The edge of the dead zone that lies between this side and `b`.
+    pub(super) fn edge(&self, b: f64, dead_zone_rad: f64) -> Option<f64> {
+        let g = dead_zone_rad;
+        if g == 0.0 {
+            None
+        } else if self.side == 0.0 {
+            (b.abs() > g).then(|| g.copysign(b))
+        } else {
+            (b * self.side < g).then_some(g * self.side)
+        }
+    }
+
+    /// Into the next piece over an edge of the dead zone at `b`.
+    pub(super) fn pass(&mut self, b: f64) {
+        self.side = if self.side == 0.0 { b.signum() } else { 0.0 };
+    }
+
+    /// Where the spring of this side has no moment.
+    pub(super) fn slack(&self, dead_zone_rad: f64) -> f64 {
+        if dead_zone_rad > 0.0 {
+            dead_zone_rad * self.side
+        } else {
+            0.0
+        }
+    }
 }

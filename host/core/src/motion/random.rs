@@ -1,5 +1,5 @@
-//! A white random moment behind an oscillator: the Kalman filter's steps, and the whitening of what the moment
-//! adds to readings.
+//! A white random moment behind an oscillator: the Kalman filter's steps, and the whitening of what the
+//! moment adds to readings.
 
 use crate::motion::oscillator::{Flow, Grid};
 

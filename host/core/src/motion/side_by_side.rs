@@ -5,37 +5,35 @@ use crate::at_once::AtOnce;
 use crate::effects::{Moments, States, LANES};
 use crate::motion::oscillator::{Grid, Motion, Walk};
 use crate::motion::pace::{Pace, Steps};
+use crate::motion::piece::Piece;
 use crate::motion::simulate::{substeps, Walker};
 use crate::record::Derivative;
 use std::array::from_fn;
 
 type Lanes = [f64; LANES];
 
-/// Motions beyond which their fours are parted among the processors.
-const MANY_MOTIONS: usize = 2 * LANES;
-
-/// The readings of all `motions`, which hardly differ from the first, on one `grid`, an `out` each.
-pub(crate) fn readings_of_all(motions: &[Motion], grid: &Grid, out: &mut [Vec<f64>]) {
+/// The readings of all `motions`, which hardly differ from the first, on one `grid`.
+pub(crate) fn readings_of_all(motions: &[Motion], grid: &Grid) -> Vec<Vec<f64>> {
     if motions.iter().any(|m| m.terms.adapts_steps()) {
         let mut steps = Steps::default();
-        for (k, (motion, out)) in motions.iter().zip(out).enumerate() {
+        let each = motions.iter().enumerate().map(|(k, motion)| {
             let pace = if k == 0 { Pace::Kept(&mut steps) } else { Pace::followed(&steps) };
-            motion.run(grid, pace, out, |_, _| {});
-        }
-        return;
+            motion.run(grid, pace, |_| {})
+        });
+        return each.collect();
     }
-    let each = |(motions, out): (&[Motion], &mut [Vec<f64>])| {
+    let each = |motions: &[Motion]| -> Vec<Vec<f64>> {
         let several = motions.len() > 1;
         match several.then(|| Four::new(motions, grid)).flatten() {
-            Some(mut four) => four.readings(grid, out),
-            None => motions.iter().zip(out).for_each(|(m, out)| m.readings(grid, out)),
+            Some(mut four) => four.readings(grid).into_iter().take(motions.len()).collect(),
+            None => motions.iter().map(|motion| motion.readings(grid)).collect(),
         }
     };
-    // Of a measured law there are a dozen fours; of most models one or two, and other models beside them.
-    let fours = motions.chunks(LANES).zip(out.chunks_mut(LANES));
-    match motions.len() > MANY_MOTIONS {
-        true => drop(fours.map_at_once(each)),
-        false => fours.for_each(each),
+    // Of a measured law there are a dozen fours, of most models one or two: other models are beside them.
+    let fours = motions.chunks(LANES);
+    match motions.len() > 2 * LANES {
+        true => fours.map_at_once(each).flatten().collect(),
+        false => fours.flat_map(each).collect(),
     }
 }
 
@@ -56,8 +54,8 @@ struct Four<'a> {
 }
 
 impl<'a> Four<'a> {
-    /// `None` where the motions have not the same effects, or other corners than those of friction. Where they
-    /// are fewer than four, the last stands in for the rest.
+    /// `None` where the motions have not the same effects, or other corners than those of friction. Where
+    /// they are fewer than four, the last stands in for the rest.
     fn new(motions: &'a [Motion], grid: &Grid) -> Option<Self> {
         let motions: [&Motion; LANES] = from_fn(|l| &motions[l.min(motions.len() - 1)]);
         if !motions.iter().all(|m| m.terms.is_smooth_between_turns()) {
@@ -85,7 +83,7 @@ impl<'a> Four<'a> {
 
     /// From the motion followed alone.
     fn take_direction(&mut self, l: usize) {
-        let Walker { friction, direction, turns, .. } = self.walkers[l];
+        let Walker { friction, piece: Piece { direction, .. }, turns, .. } = self.walkers[l];
         let constant = self.motions[l].terms.constant_moment_rad_s2;
         self.middle[l] = (constant - friction * direction) / self.stiffness[l];
         self.direction[l] = if turns { direction } else { f64::NAN };
@@ -97,9 +95,10 @@ impl<'a> Four<'a> {
         from_fn(|l| (self.direction[l] == 0.0) | (r[l] * self.direction[l] < 0.0))
     }
 
-    /// As [`Motion::readings`] of each; `out` may be fewer than four.
-    fn readings(&mut self, grid: &Grid, out: &mut [Vec<f64>]) {
+    /// As [`Motion::readings`] of each.
+    fn readings(&mut self, grid: &Grid) -> [Vec<f64>; LANES] {
         let h = self.step_s;
+        let mut out = [const { Vec::new() }; LANES];
         let mut drives = self.motions.map(|m| m.terms.drive(grid.start_s + 0.5 * h, h));
         let driven = self.motions.iter().any(|m| m.terms.is_driven());
         let mut b = self.motions.map(|m| m.yaw_rad);
@@ -115,7 +114,7 @@ impl<'a> Four<'a> {
                     from_fn(|l| self.walkers[l].acceleration(b[l], r[l], t))
                 }
             };
-            out.iter_mut().zip(seen).for_each(|(out, seen)| out[k] = seen);
+            out.iter_mut().zip(seen).for_each(|(out, seen)| out.push(seen));
             last = r;
             for i in 0..self.substeps as usize {
                 let middle_s = t + (i as f64 + 0.5) * h;
@@ -138,13 +137,14 @@ impl<'a> Four<'a> {
             }
         }
         // What has run away is no number, as where one motion is followed.
-        for ((motion, last), out) in self.motions.iter().zip(last).zip(out) {
+        for ((motion, last), out) in self.motions.iter().zip(last).zip(&mut out) {
             motion.read(grid, out, [motion.rate_rad_s, last]);
             let runaway = observed.recorded(motion.runaway_rad(), motion.natural_frequency_rad_s);
             if let Some(first) = out.iter().position(|y| !y.is_finite() || y.abs() > runaway) {
                 out[first..].fill(f64::NAN);
             }
         }
+        out
     }
 
     #[inline]

@@ -12,17 +12,13 @@ use crate::motion::oscillator::{damped_rad_s, root, Flow, Walk};
 pub use crate::motion::oscillator::{Grid, Motion};
 use crate::motion::own_motion;
 use crate::motion::pace::Pace;
+use crate::motion::piece::Piece;
 pub(crate) use crate::motion::side_by_side::readings_of_all;
 use crate::motion::smooth_own::SmoothOwn;
 use crate::record::Derivative;
 
-/// Steps a cycle at least.
-const STEPS_PER_CYCLE: f64 = 48.0;
-/// Corners within one step: more than these are chatter.
-const MOST_CORNERS: usize = 16;
-
 impl Motion {
-    /// The reading at every instant of `grid`, rad, into `out` (as long as the grid).
+    /// The reading at every instant of `grid`, rad.
     ///
     /// ```
     /// use yawrig_core::effects::{Effect, Terms};
@@ -39,29 +35,21 @@ impl Motion {
     /// };
     /// let step_s = std::f64::consts::PI / wn / 50.0;
     /// let grid = Grid { start_s: 0.0, step_s, count: 51, mean_width_s: 0.0 };
-    /// let mut yaw_rad = vec![0.0; grid.count];
-    /// motion.readings(&grid, &mut yaw_rad);
+    /// let yaw_rad = motion.readings(&grid);
     /// assert!((yaw_rad[50] + 0.2 - 2.0 * c / (wn * wn)).abs() < 1e-9);
     /// ```
-    pub fn readings(&self, grid: &Grid, out: &mut [f64]) {
-        self.run(grid, Pace::Own, out, |_, _| {});
+    pub fn readings(&self, grid: &Grid) -> Vec<f64> {
+        self.run(grid, Pace::Own, |_| {})
     }
 
     /// Reading, and yaw rate beside it.
     pub fn readings_and_rates(&self, grid: &Grid) -> (Vec<f64>, Vec<f64>) {
-        let (mut y, mut r) = (vec![0.0; grid.count], vec![0.0; grid.count]);
-        self.run(grid, Pace::Own, &mut y, |k, rate| r[k] = rate);
-        (y, r)
+        let mut rates = Vec::with_capacity(grid.count);
+        (self.run(grid, Pace::Own, |rate| rates.push(rate)), rates)
     }
 
-    /// The readings into `out`; `store` is given each rate.
-    pub(super) fn run(
-        &self,
-        grid: &Grid,
-        mut pace: Pace,
-        out: &mut [f64],
-        store: impl FnMut(usize, f64),
-    ) {
+    /// The readings; `store` is given each rate.
+    pub(super) fn run(&self, grid: &Grid, mut pace: Pace, store: impl FnMut(f64)) -> Vec<f64> {
         let wn = self.natural_frequency_rad_s;
         let terms = &self.terms;
         let substeps = match &pace {
@@ -71,10 +59,7 @@ impl Motion {
         let h = grid.step_s / substeps;
         let own = match terms.swift && !terms.precise && !terms.own().is_empty() {
             false => None,
-            true => {
-                let amplitude = self.yaw_rad.hypot(self.rate_rad_s / wn);
-                SmoothOwn::of(terms, wn, amplitude, h)
-            }
+            true => SmoothOwn::of(terms, wn, self.amplitude_rad(), h),
         };
         if own.is_none() && terms.adapts_steps() {
             let steps = (substeps as u64).saturating_mul(grid.count as u64);
@@ -82,44 +67,46 @@ impl Motion {
                 steps.substeps = substeps;
             }
             let mut walker = own_motion::Walker::new(self, h, steps, grid.start_s, pace);
-            return self.follow(grid, substeps, &mut walker, out, store);
+            return self.follow(grid, substeps, &mut walker, store);
         }
         let mut walker = Walker::new(self, 0.5 * h, grid.start_s, own);
-        self.follow(grid, substeps, &mut walker, out, store);
+        self.follow(grid, substeps, &mut walker, store)
     }
 
-    /// Reading and rate at every instant of `grid`; `walk` takes b, r and t one of `substeps` on.
+    /// Reading and rate at every instant of `grid`; `walk` takes b, r and t one of `substeps` on. What has
+    /// run away is no number.
     fn follow(
         &self,
         grid: &Grid,
         substeps: f64,
         walk: &mut impl Walk,
-        out: &mut [f64],
-        mut store: impl FnMut(usize, f64),
-    ) {
+        mut store: impl FnMut(f64),
+    ) -> Vec<f64> {
         let h = grid.step_s / substeps;
+        let mut out = Vec::with_capacity(grid.count);
         let runaway_rad = self.runaway_rad();
         let (mut b, mut r) = (self.yaw_rad, self.rate_rad_s);
         let mut last = r;
         for k in 0..grid.count {
             let t = grid.time_s(k);
             last = r;
-            out[k] = match self.terms.observed {
+            out.push(match self.terms.observed {
                 Derivative::None => b,
                 Derivative::Rate => r,
                 Derivative::Acceleration => walk.acceleration(b, r, t),
-            };
-            store(k, r);
+            });
+            store(r);
             for i in 0..substeps as usize {
                 (b, r) = walk.advance(b, r, t + i as f64 * h);
             }
             if !b.is_finite() || b.abs() > runaway_rad {
-                out[k + 1..].fill(f64::NAN);
-                (k + 1..grid.count).for_each(|later| store(later, f64::NAN));
+                out.resize(grid.count, f64::NAN);
+                (k + 1..grid.count).for_each(|_| store(f64::NAN));
                 break;
             }
         }
-        self.read(grid, out, [self.rate_rad_s, last]);
+        self.read(grid, &mut out, [self.rate_rad_s, last]);
+        out
     }
 
     /// What the sensor sees at every instant of `grid`, the rates at its ends being given, as it is read:
@@ -149,9 +136,10 @@ impl Motion {
     }
 }
 
-/// Steps from one instant of `grid` to the next, of a motion with this natural frequency.
+/// Steps from one instant of `grid` to the next, of a motion with this natural frequency: 48 a cycle at
+/// least.
 pub(super) fn substeps(grid: &Grid, natural_frequency_rad_s: f64) -> f64 {
-    let steps = grid.step_s * natural_frequency_rad_s * STEPS_PER_CYCLE / std::f64::consts::TAU;
+    let steps = grid.step_s * natural_frequency_rad_s * 48.0 / std::f64::consts::TAU;
     steps.ceil().clamp(1.0, 1e4)
 }
 
@@ -174,10 +162,7 @@ pub(super) struct Walker<'a> {
     /// There is something that changes where the rate changes sign.
     pub(super) turns: bool,
     memories: Memories,
-    /// Sign of the rate; 0: stuck, or to be decided.
-    pub(super) direction: f64,
-    /// Side of the dead zone, 0 inside; always 1 without one.
-    side: f64,
+    pub(super) piece: Piece,
     /// Own effects, and dry friction with theirs, rad/s2.
     own: Option<SmoothOwn>,
     pub(super) friction: f64,
@@ -188,8 +173,9 @@ impl Walk for Walker<'_> {
     fn advance(&mut self, b: f64, r: f64, t: f64) -> (f64, f64) {
         let middle = t + self.half;
         let drive = self.drive.step();
-        if !(self.turns && self.direction == 0.0) {
-            let moment = self.motion.terms.constant_moment_rad_s2 - self.friction * self.direction;
+        if !(self.turns && self.piece.direction == 0.0) {
+            let moment =
+                self.motion.terms.constant_moment_rad_s2 - self.friction * self.piece.direction;
             let (half_b, half_r) = self.travel(b, r, moment, self.half);
             let kicked = self.kick(half_b, half_r, middle, drive);
             let (next_b, next_r) = self.travel(half_b, kicked, moment, self.half);
@@ -203,10 +189,10 @@ impl Walk for Walker<'_> {
     fn acceleration(&self, b: f64, r: f64, t: f64) -> f64 {
         let smooth = self.smooth(b, r, t, self.motion.terms.drive_at(t));
         let moment = self.spring_moment(b) + self.motion.terms.constant_moment_rad_s2 + smooth;
-        let direction = match self.turns && self.direction == 0.0 {
+        let direction = match self.turns && self.piece.direction == 0.0 {
             true if moment.abs() <= self.friction => return 0.0,
             true => moment.signum(),
-            false => self.direction,
+            false => self.piece.direction,
         };
         moment - 2.0 * self.decay * r - self.friction * direction
     }
@@ -214,10 +200,9 @@ impl Walk for Walker<'_> {
 
 impl<'a> Walker<'a> {
     pub(super) fn new(motion: &'a Motion, half: f64, start_s: f64, own: Option<SmoothOwn>) -> Self {
-        let play = motion.terms.dead_zone_rad;
         let friction =
             motion.terms.dry_friction_rad_s2 + own.as_ref().map_or(0.0, |own| own.friction_rad_s2);
-        let b = motion.yaw_rad;
+        let state = [motion.yaw_rad, motion.rate_rad_s];
         Self {
             motion,
             half,
@@ -226,8 +211,7 @@ impl<'a> Walker<'a> {
             decay: motion.damping_ratio * motion.natural_frequency_rad_s,
             turns: friction > 0.0 || motion.terms.turns(),
             memories: motion.memories(start_s),
-            direction: if motion.rate_rad_s == 0.0 { 0.0 } else { motion.rate_rad_s.signum() },
-            side: if play > 0.0 && b.abs() < play { 0.0 } else { b.signum() },
+            piece: Piece::at(state, motion.terms.dead_zone_rad),
             own,
             friction,
             drive: motion.terms.drive(start_s + half, 2.0 * half),
@@ -262,24 +246,16 @@ impl<'a> Walker<'a> {
 
     /// Whether the rate `r` is against the direction.
     fn turned(&self, r: f64) -> bool {
-        self.turns && r * self.direction < 0.0
+        self.turns && r * self.piece.direction < 0.0
     }
 
-    /// The edge of the dead zone that lies between this side and `b`.
     fn edge(&self, b: f64) -> Option<f64> {
-        let g = self.motion.terms.dead_zone_rad;
-        if g == 0.0 {
-            return None;
-        }
-        match self.side == 0.0 {
-            true => (b.abs() > g).then(|| g.copysign(b)),
-            false => (b * self.side < g).then_some(g * self.side),
-        }
+        self.piece.edge(b, self.motion.terms.dead_zone_rad)
     }
 
-    /// A step with corners in it, `t` half-way. From one to the next what is smooth counts as it is between them:
-    /// whether the model is held, and where it turns, is a matter of all moments together, which a kick would
-    /// miss.
+    /// A step with corners in it, `t` half-way. From one to the next what is smooth counts as it is between
+    /// them: whether the model is held, and where it turns, is a matter of all moments together, which a kick
+    /// would miss.
     pub(super) fn with_corners(
         &mut self,
         mut b: f64,
@@ -289,15 +265,16 @@ impl<'a> Walker<'a> {
     ) -> (f64, f64) {
         let constant = self.motion.terms.constant_moment_rad_s2;
         let mut left = 2.0 * self.half;
-        for _ in 0..MOST_CORNERS {
-            if self.turns && self.direction == 0.0 {
+        // More corners within one step are chatter.
+        for _ in 0..16 {
+            if self.turns && self.piece.direction == 0.0 {
                 let moment = self.spring_moment(b) + constant + self.smooth(b, 0.0, t, drive);
                 if moment.abs() <= self.friction {
                     return (b, 0.0);
                 }
-                self.direction = moment.signum();
+                self.piece.direction = moment.signum();
             }
-            let plain = constant - self.friction * self.direction;
+            let plain = constant - self.friction * self.piece.direction;
             let here = plain + self.smooth(b, r, t, drive);
             let until = self.corner(b, r, here, left).map_or(left, |corner| corner.0);
             let (middle_b, middle_r) = self.travel(b, r, here, 0.5 * until);
@@ -310,11 +287,11 @@ impl<'a> Walker<'a> {
             match edge {
                 Some(edge) => {
                     b = edge;
-                    self.side = if self.side == 0.0 { b.signum() } else { 0.0 };
+                    self.piece.pass(b);
                 }
                 None => {
                     r = 0.0;
-                    self.direction = 0.0;
+                    self.piece.direction = 0.0;
                     self.memories.turn(b);
                 }
             }
@@ -325,7 +302,8 @@ impl<'a> Walker<'a> {
         (b, r)
     }
 
-    /// When, within `left` under the constant `moment`, the next corner is reached; its edge, where it is one.
+    /// When, within `left` under the constant `moment`, the next corner is reached; its edge, where it is
+    /// one.
     fn corner(&self, b: f64, r: f64, moment: f64, left: f64) -> Option<(f64, Option<f64>)> {
         let (b1, r1) = self.travel(b, r, moment, left);
         let turn = self.turned(r1).then(|| (self.turning(b, r, moment, left), None));
@@ -339,20 +317,20 @@ impl<'a> Walker<'a> {
 
     /// When, at most `left` from now, the rate is zero under the constant `moment`.
     fn turning(&self, b: f64, r: f64, moment: f64, left: f64) -> f64 {
-        let g = self.motion.terms.dead_zone_rad;
-        if r * self.direction <= 0.0 || g > 0.0 && self.side == 0.0 {
-            return root(left, |tau| self.travel(b, r, moment, tau).1 * self.direction);
+        let (g, Piece { direction, side, .. }) = (self.motion.terms.dead_zone_rad, self.piece);
+        if r * direction <= 0.0 || g > 0.0 && side == 0.0 {
+            return root(left, |tau| self.travel(b, r, moment, tau).1 * direction);
         }
         let damped = damped_rad_s(self.motion.natural_frequency_rad_s, self.decay);
-        let deflection = if g > 0.0 { b - g * self.side } else { b };
+        let deflection = b - self.piece.slack(g);
         let opposing = self.stiffness * deflection - moment + self.decay * r;
-        ((damped * r * self.direction).atan2(opposing * self.direction) / damped).min(left)
+        ((damped * r * direction).atan2(opposing * direction) / damped).min(left)
     }
 
     /// b and r after `tau` under the constant `moment` and the spring of this side.
     fn travel(&self, b: f64, r: f64, moment: f64, tau: f64) -> (f64, f64) {
         let g = self.motion.terms.dead_zone_rad;
-        if g > 0.0 && self.side == 0.0 {
+        if g > 0.0 && self.piece.side == 0.0 {
             let rate = 2.0 * self.decay;
             let x = rate * tau;
             let (run, fall) = if x.abs() < 1e-4 {
@@ -364,7 +342,7 @@ impl<'a> Walker<'a> {
             return (b + r * run + moment * fall, r * (-x).exp() + moment * run);
         }
         let Flow([p, q, u, v]) = if tau == self.half { self.flow } else { self.motion.flow(tau) };
-        let middle = if g > 0.0 { g * self.side } else { 0.0 } + moment / self.stiffness;
+        let middle = self.piece.slack(g) + moment / self.stiffness;
         let x = b - middle;
         (middle + p * x + q * r, u * x + v * r)
     }

@@ -19,12 +19,6 @@ fn grid(step_s: f64, count: usize) -> Grid {
     Grid { start_s: 0.0, step_s, count, mean_width_s: 0.0 }
 }
 
-fn readings(motion: &Motion, grid: &Grid) -> Vec<f64> {
-    let mut out = vec![0.0; grid.count];
-    motion.readings(grid, &mut out);
-    out
-}
-
 /// Half the step, a quarter of the error.
 #[test]
 fn the_error_falls_with_the_square_of_the_step() {
@@ -38,7 +32,7 @@ fn the_error_falls_with_the_square_of_the_step() {
     let cycle = TAU / WN;
     let at_end = |per_cycle: usize| {
         let grid = grid(cycle / per_cycle as f64, 8 * per_cycle + 1);
-        *readings(&motion, &grid).last().unwrap()
+        *motion.readings(&grid).last().unwrap()
     };
     let truth = at_end(50 * 64);
     let errors = [50, 100, 200].map(|n| (at_end(n) - truth).abs());
@@ -75,7 +69,7 @@ fn dry_friction_stops_the_swing_where_the_closed_form_does() {
         rest = -(rest.abs() - 2.0 * shift) * rest.signum();
         halves += 1;
     }
-    let y = readings(&motion, &grid(TAU / WN / 50.0, 25 * (halves + 4)));
+    let y = motion.readings(&grid(TAU / WN / 50.0, 25 * (halves + 4)));
     assert!((y.last().unwrap() - rest).abs() < 1e-9, "{} {rest}", y.last().unwrap());
     // It is still moving half a cycle before, at the turning point before the last.
     let before = y[25 * (halves - 1)];
@@ -89,7 +83,7 @@ fn free_play_has_the_period_of_the_piecewise_solution() {
     let g = 0.03;
     let motion = released(0.0, Terms::of([(Effect::FreePlay, &[g][..])]));
     let period = TAU / WN + 4.0 * g / (WN * (AMPLITUDE - g));
-    let y = readings(&motion, &grid(period / 64.0, 64 * 10 + 1));
+    let y = motion.readings(&grid(period / 64.0, 64 * 10 + 1));
     for cycle in 0..=10 {
         assert!((y[64 * cycle] - AMPLITUDE).abs() < 1e-9, "cycle {cycle}: {}", y[64 * cycle]);
     }
@@ -115,10 +109,9 @@ fn motions_followed_together_are_those_followed_alone() {
         };
         let all: Vec<Motion> = frictions.iter().enumerate().map(motion).collect();
         let grid = Grid { start_s: 0.3, step_s: TAU / WN / 50.0, count: 600, mean_width_s: 0.01 };
-        let mut together = vec![vec![0.0; grid.count]; all.len()];
-        readings_of_all(&all, &grid, &mut together);
+        let together = readings_of_all(&all, &grid);
         for (motion, together) in all.iter().zip(&together) {
-            let alone = readings(motion, &grid);
+            let alone = motion.readings(&grid);
             for (a, b) in alone.iter().zip(together) {
                 assert!((a - b).abs() < 1e-12);
             }
@@ -179,16 +172,7 @@ fn a_precise_motion_is_that_of_a_hundred_times_finer_steps() {
         let of = |grid: &Grid, precise: bool| {
             let mut terms = Terms::of([(effect.clone(), &[size][..])]);
             terms.precise = precise;
-            let motion = Motion {
-                natural_frequency_rad_s: 7.0,
-                damping_ratio: 0.003,
-                yaw_rad: 0.17,
-                rate_rad_s: 0.0,
-                terms,
-            };
-            let mut y = vec![0.0; grid.count];
-            motion.readings(grid, &mut y);
-            y
+            Motion { yaw_rad: 0.17, ..released(0.003, terms) }.readings(grid)
         };
         let fine = Grid { step_s: grid.step_s / 100.0, count: 100 * grid.count, ..grid };
         let fine: Vec<f64> = of(&fine, false).into_iter().step_by(100).collect();
@@ -216,9 +200,8 @@ fn a_steep_own_effect_changes_smoothly_with_its_number() {
         let c = 0.03 + 0.001 * f64::from(i);
         let at = |k: f64| released(0.005, Terms::of([(effect.clone(), &[c + k * 4.5e-5][..])]));
         let motions = [0.0, 1.0, 2.0].map(at);
-        let mut together = vec![vec![0.0; grid.count]; 3];
-        readings_of_all(&motions, &grid, &mut together);
-        let alone: Vec<Vec<f64>> = motions.iter().map(|m| readings(m, &grid)).collect();
+        let together = readings_of_all(&motions, &grid);
+        let alone: Vec<Vec<f64>> = motions.iter().map(|m| m.readings(&grid)).collect();
         let slope = largest(&|k| (together[1][k] - together[0][k]).abs());
         let apart = largest(&|k| (together[2][k] - alone[2][k]).abs());
         assert!(apart < 1e-6 * AMPLITUDE, "{apart}");
@@ -242,7 +225,7 @@ fn means_over_a_width_are_those_of_the_samples_in_it() {
     let (yaw_rad, rate_rad_s) = motion.readings_and_rates(&fine);
     // From the middle of the first on.
     let begun = Motion { yaw_rad: yaw_rad[FINE / 2], rate_rad_s: rate_rad_s[FINE / 2], ..motion };
-    let means = readings(&begun, &Grid { mean_width_s: width_s, ..grid(width_s, 299) });
+    let means = begun.readings(&Grid { mean_width_s: width_s, ..grid(width_s, 299) });
     for (k, mean) in means.iter().enumerate() {
         let samples = &yaw_rad[k * FINE..=(k + 1) * FINE];
         let ends = 0.5 * (samples[0] + samples[FINE]);
@@ -264,9 +247,8 @@ fn what_drives_it_beyond_dry_friction_lets_it_not_stick() {
         ];
         let motion =
             Motion { natural_frequency_rad_s: 20.0, ..released(0.017, Terms::of(effects)) };
-        let mut out = vec![0.0; count * steps];
-        motion.readings(&grid(0.006 / steps as f64, count * steps), &mut out);
-        out.into_iter().step_by(steps).collect::<Vec<f64>>()
+        let fine = motion.readings(&grid(0.006 / steps as f64, count * steps));
+        fine.into_iter().step_by(steps).collect::<Vec<f64>>()
     };
     let apart = |a: &[f64], b: &[f64]| {
         a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / AMPLITUDE
@@ -290,9 +272,8 @@ fn turning_beside_what_is_smooth_errs_no_more_than_a_kick() {
         let effects = [(Effect::CoulombFriction, &[0.02][..]), beside.clone()];
         let motion = released(0.01, Terms::of(effects));
         let of = |steps: usize| {
-            let mut out = vec![0.0; count * steps];
-            motion.readings(&grid(TAU / WN / 48.0 / steps as f64, count * steps), &mut out);
-            out.into_iter().step_by(steps).collect::<Vec<f64>>()
+            let fine = motion.readings(&grid(TAU / WN / 48.0 / steps as f64, count * steps));
+            fine.into_iter().step_by(steps).collect::<Vec<f64>>()
         };
         let apart = of(1).iter().zip(of(fine)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         println!("{}: {:.1e} of the amplitude", beside.0, apart / AMPLITUDE);

@@ -99,8 +99,7 @@ mod tests {
             terms,
         };
         let grid = Grid { start_s: 0.3, step_s: 0.02, count: 150, mean_width_s: 0.0 };
-        let mut expected = vec![0.0; grid.count];
-        motion.readings(&grid, &mut expected);
+        let expected = motion.readings(&grid);
         let found = integrated(&motion, &grid, steps);
         let size = expected.iter().fold(0.0, |m: f64, y| m.max(y.abs()));
         for (a, b) in found.iter().zip(&expected) {

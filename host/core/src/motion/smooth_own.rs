@@ -8,13 +8,6 @@ use crate::effects::Terms;
 use std::cell::RefCell;
 use yawrig_expression::Prepared;
 
-/// Change of the moment within a step, of its largest size, up to which a kick follows it.
-const STEEPEST: f64 = 0.8;
-/// What differs by less, of the largest size, is the same.
-const SAME: f64 = 1e-9;
-/// Angles and rates, of the amplitude, at which a moment is looked at.
-const LOOKED_AT: [f64; 9] = [-1.0, -0.7, -0.4, -0.1, 0.02, 0.1, 0.4, 0.7, 1.0];
-
 /// The own effects of one motion.
 pub(super) struct SmoothOwn {
     each: RefCell<Vec<Prepared>>,
@@ -34,39 +27,40 @@ impl SmoothOwn {
         let (a, v) = (amplitude_rad, wn * amplitude_rad);
         let sign = |x: f64| if x == 0.0 { 1.0 } else { x.signum() };
         let at = |b: f64, r: f64| own.sum(b * a, r * v, 0.0, sign(r), sign(b));
-        let largest = LOOKED_AT
+        // Angles and rates, of the amplitude, at which the moment is looked at.
+        let looked_at = [-1.0, -0.7, -0.4, -0.1, 0.02, 0.1, 0.4, 0.7, 1.0];
+        let largest = looked_at
             .iter()
-            .flat_map(|b| LOOKED_AT.map(|r| at(*b, r).abs()))
+            .flat_map(|b| looked_at.map(|r| at(*b, r).abs()))
             .fold(f64::MIN_POSITIVE, f64::max);
         // Half the step at r = 0, and the moment half-way.
         let jump = |b: f64| {
             let [up, down] = [1.0, -1.0].map(|s| own.sum(b * a, 0.0, 0.0, s, sign(b)));
             (0.5 * (down - up), 0.5 * (up + down))
         };
-        let (friction, _) = jump(LOOKED_AT[0]);
-        let same = |x: f64, y: f64| (x - y).abs() <= SAME * largest;
+        let (friction, _) = jump(looked_at[0]);
+        let same = |x: f64, y: f64| (x - y).abs() <= 1e-9 * largest;
         if !largest.is_finite()
             || friction < 0.0
-            || !LOOKED_AT.iter().all(|b| same(jump(*b).0, friction))
+            || !looked_at.iter().all(|b| same(jump(*b).0, friction))
         {
             return None;
         }
         let within = step_s * wn;
+        // A kick follows a change within a step of up to so much.
+        let is_gentle = |change: f64| change.abs() <= 0.8 * largest;
         let gentle_in_rate = |b: f64| {
-            [1.0, -1.0].iter().all(|s| {
-                let rest = at(b, s * within) + s * friction - jump(b).1;
-                rest.abs() <= STEEPEST * largest
-            })
+            let rest = |s: f64| at(b, s * within) + s * friction - jump(b).1;
+            [1.0, -1.0].iter().all(|s| is_gentle(rest(*s)))
         };
-        let gentle_in_yaw = |r: f64| {
-            [1.0, -1.0].iter().all(|s| (at(s * within, r) - at(0.0, r)).abs() <= STEEPEST * largest)
-        };
+        let gentle_in_yaw =
+            |r: f64| [1.0, -1.0].iter().all(|s| is_gentle(at(s * within, r) - at(0.0, r)));
         let continuous = |r: f64| {
             let [up, down] = [1.0, -1.0].map(|s| own.sum(0.0, r * v, 0.0, sign(r), s));
             same(up, down)
         };
         let tame =
-            LOOKED_AT.iter().all(|x| gentle_in_rate(*x) && gentle_in_yaw(*x) && continuous(*x));
+            looked_at.iter().all(|x| gentle_in_rate(*x) && gentle_in_yaw(*x) && continuous(*x));
         own.friction_rad_s2 = friction;
         tame.then_some(own)
     }

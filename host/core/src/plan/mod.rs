@@ -31,7 +31,7 @@ use crate::motion::simulate::Grid;
 use possible::numbers;
 use serde::Serialize;
 use std::f64::consts::TAU;
-use tied::Tied;
+use tied::least_squares;
 
 /// A possible release, and what it would tell.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -89,7 +89,7 @@ fn judged(rivals: &[Rival], like: &FreeDecay, release: &Possible) -> Result<Opti
         let mut chance = 1.0f64;
         for other in others {
             like.stop.check()?;
-            let squares = Tied::new(&decay, other, release)?.least_squares();
+            let squares = least_squares(&decay, other, release)?;
             like.stop.check()?;
             let separation = (squares / inflation.max(1.0)).sqrt();
             least = least.min(separation);

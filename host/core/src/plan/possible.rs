@@ -13,9 +13,6 @@ pub struct Rival<'a> {
     pub fit: &'a JointFit,
 }
 
-/// Beyond the range of a measured law by this much, it is still what was measured.
-const MEASURED_REACH: f64 = 1.05;
-
 impl Rival<'_> {
     /// Its measured law, which within its range takes the shape of any formula, and says nothing beyond.
     pub(super) fn law(&self) -> Option<&MeasuredLaw> {
@@ -24,12 +21,11 @@ impl Rival<'_> {
 
     /// Whether it is known what it does in `release`.
     pub(super) fn reaches(&self, release: &Possible) -> bool {
-        let amplitude_rad = release.amplitude_deg.to_radians();
-        self.law().is_none_or(|law| {
-            amplitude_rad <= MEASURED_REACH * law.yaw_rad
-                && amplitude_rad * release.natural_frequency_rad_s
-                    <= MEASURED_REACH * law.rate_rad_s
-        })
+        let yaw_rad = release.amplitude_deg.to_radians();
+        let rate_rad_s = yaw_rad * release.natural_frequency_rad_s;
+        // A little beyond the range of a measured law it is still what was measured.
+        self.law()
+            .is_none_or(|law| yaw_rad <= 1.05 * law.yaw_rad && rate_rad_s <= 1.05 * law.rate_rad_s)
     }
 }
 

@@ -12,14 +12,12 @@ mod linear;
 mod normal;
 mod within;
 
-pub(crate) use levenberg::minimise;
-pub(crate) use levenberg::Options;
+pub(crate) use levenberg::{minimise, Options};
 pub use linear::linear_fit;
 pub(crate) use normal::Normal;
 pub(crate) use within::step_within;
 
 use nalgebra::DMatrix;
-use std::fmt;
 
 /// Where a problem puts its residuals and the rows of its Jacobian, in any grouping.
 pub(crate) trait Rows {
@@ -30,7 +28,7 @@ pub(crate) trait Rows {
         let every: Vec<usize> = (0..columns.len()).collect();
         self.part(residuals, &every, columns);
     }
-    /// As [`Rows::block`] where only the parameters `which`, ascending, touch these residuals: `columns[i]`
+    /// As [`Rows::block`] where only the parameters `which` touch these residuals: `columns[i]`
     /// is of parameter `which[i]`, and what is not named is zero.
     fn part(&mut self, residuals: &[f64], which: &[usize], columns: &[&[f64]]);
 }
@@ -72,42 +70,6 @@ impl Ended {
     }
 }
 
-impl fmt::Display for Ended {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Ended::Converged => "converged",
-            Ended::SmallStep => "step below rounding",
-            Ended::NoDescent => "no step makes the sum of squares smaller",
-            Ended::MaxEvaluations => "evaluations used up",
-            Ended::NotFinite => "the model is not finite at the start",
-            Ended::TooFewResiduals => "fewer residuals than free parameters",
-        })
-    }
-}
-
-/// Why a fit has no covariance.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum NoCovariance {
-    /// The fit did not reach a minimum.
-    NotAMinimum(Ended),
-    /// The residuals do not depend on this parameter apart from the others.
-    Undetermined { parameter: usize },
-    /// As many parameters as residuals: nothing is left to estimate the noise from.
-    NoFreedom,
-}
-
-impl fmt::Display for NoCovariance {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            NoCovariance::NotAMinimum(stop) => write!(f, "the fit did not reach a minimum: {stop}"),
-            NoCovariance::Undetermined { parameter } => {
-                write!(f, "parameter {parameter} is not determined by the data")
-            }
-            NoCovariance::NoFreedom => f.write_str("as many parameters as residuals"),
-        }
-    }
-}
-
 /// What a fit found.
 #[derive(Clone, Debug)]
 pub(crate) struct Fit {
@@ -123,8 +85,9 @@ pub(crate) struct Fit {
     pub(crate) at_bound: Vec<bool>,
     /// J'J at the parameters.
     pub(crate) normal_matrix: DMatrix<f64>,
-    /// s^2 (J'J)^-1 with s^2 = r'r / (residuals - free parameters): right for white residuals only.
-    pub(crate) covariance: Result<DMatrix<f64>, NoCovariance>,
+    /// s^2 (J'J)^-1 with s^2 = r'r / (residuals - free parameters): right for white residuals only. None
+    /// without a minimum, without residuals to spare, or where they do not determine the parameters.
+    pub(crate) covariance: Option<DMatrix<f64>>,
 }
 
 /// `covariance` with a variance for numbers that are pressed against a bound: what it would be off it. A
@@ -145,13 +108,9 @@ pub(crate) fn off_bounds(
 }
 
 impl Fit {
-    /// Residuals less free parameters.
-    pub(crate) fn degrees_of_freedom(&self) -> usize {
-        let free = self.at_bound.iter().filter(|&&b| !b).count();
-        self.residuals.saturating_sub(free)
-    }
     /// s^2, the variance of one residual.
     pub(crate) fn variance(&self) -> f64 {
-        self.sum_of_squares / self.degrees_of_freedom().max(1) as f64
+        let free = self.at_bound.iter().filter(|&&b| !b).count();
+        self.sum_of_squares / self.residuals.saturating_sub(free).max(1) as f64
     }
 }

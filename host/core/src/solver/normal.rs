@@ -89,14 +89,15 @@ impl Rows for Normal {
     }
 
     fn part(&mut self, residuals: &[f64], which: &[usize], columns: &[&[f64]]) {
-        debug_assert!(which.len() == columns.len() && which.is_sorted());
+        debug_assert_eq!(which.len(), columns.len());
         self.residuals += residuals.len();
         self.sum_of_squares += dot(residuals, residuals);
         for (a, (&i, column)) in which.iter().zip(columns).enumerate() {
             self.gradient[i] += dot(column, residuals);
-            // Row i of the upper triangle begins, at its diagonal, after i rows of falling length.
-            let row = i * (2 * self.parameters - i + 1) / 2;
             for (&j, other) in which[a..].iter().zip(&columns[a..]) {
+                let (i, j) = (i.min(j), i.max(j));
+                // Row i of the upper triangle begins, at its diagonal, after i rows of falling length.
+                let row = i * (2 * self.parameters - i + 1) / 2;
                 self.upper[row + j - i] += dot(column, other);
             }
         }

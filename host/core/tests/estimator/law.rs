@@ -33,7 +33,7 @@ fn case(kind: Kind, seed: u64) -> Case {
     let decay = FreeDecay::of(&planted.record).expect("a free decay");
     let begun = Instant::now();
     let releases = Releases::one(&decay);
-    let found = measure(&releases, &Structure::default(), &[], true).expect("a law");
+    let found = measure(&releases, &Structure::default(), &[], true, &|_| {}).expect("a law");
     let seconds = begun.elapsed().as_secs_f64();
     let begun = Instant::now();
     let names = names(&releases, &found).expect("names");
@@ -48,13 +48,13 @@ fn inside(planted: &Planted, found: &Measured) -> (usize, usize) {
         return (0, 0);
     }
     let mut count = (0, 0);
-    for point in found.total_stiffness() {
+    for point in found.tables().total_stiffness() {
         let truth = planted.stiffness(point.at);
         let q = point.moment_rad_s2;
         let ok = (q.value - truth).abs() <= 2.0 * q.u;
         count = (count.0 + usize::from(ok), count.1 + 1);
     }
-    for point in found.total_damping() {
+    for point in found.tables().total_damping() {
         let truth = planted.damping(point.at);
         let q = point.moment_rad_s2;
         let ok = (q.value - truth).abs() <= 2.0 * q.u;
@@ -210,7 +210,7 @@ fn several(kinds: &[Kind]) {
         let all: Vec<_> = decays.iter().zip(&family).map(|(d, p)| (d, spring(p))).collect();
         let all = Releases::new(&all);
         let begun = Instant::now();
-        let found = measure(&all, &Structure::default(), &[], true).expect("a law");
+        let found = measure(&all, &Structure::default(), &[], true, &|_| {}).expect("a law");
         let measured_s = begun.elapsed().as_secs_f64();
         let names = names(&all, &found).expect("names");
         // Natural frequency and damping ratio of the law are those of the release from the largest angle.
@@ -240,9 +240,9 @@ fn several(kinds: &[Kind]) {
                 p.wn * p.spring.sqrt()
             );
         }
-        let alone = measure(&Releases::one(&decays[0]), &Structure::default(), &[], true);
+        let alone = measure(&Releases::one(&decays[0]), &Structure::default(), &[], true, &|_| {});
         let u = |m: &Measured| {
-            let all = [m.total_stiffness(), m.total_damping()].concat();
+            let all = [m.tables().total_stiffness(), m.tables().total_damping()].concat();
             all.iter().map(|p| p.moment_rad_s2.u).sum::<f64>()
         };
         narrower += usize::from(u(&found) < u(&alone.expect("a law")));
