@@ -190,7 +190,7 @@ pub(crate) fn periodogram(samples: &[f64], window: &Window) -> Vec<f64> {
     let n = samples.len();
     let middle = samples.iter().sum::<f64>() / n as f64;
     let mut power = 0.0;
-    let mut input: Vec<f64> = samples
+    let windowed: Vec<f64> = samples
         .iter()
         .enumerate()
         .map(|(k, y)| {
@@ -200,11 +200,7 @@ pub(crate) fn periodogram(samples: &[f64], window: &Window) -> Vec<f64> {
             w * (y - middle)
         })
         .collect();
-    let fft = realfft::RealFftPlanner::<f64>::new().plan_fft_forward(n);
-    let mut spectrum = fft.make_output_vec();
-    // Its only error is a buffer of another length.
-    fft.process(&mut input, &mut spectrum).expect("buffers as made");
-    spectrum.iter().map(|s| s.norm_sqr() / power).collect()
+    crate::spectrum::power(windowed).into_iter().map(|p| p / power).collect()
 }
 
 /// Levels of the periodogram of means of `block` samples, scaled so that white noise shows its variance.
