@@ -41,6 +41,11 @@ impl Quantity {
         self.value == 0.0 || !self.u.is_finite() || self.u < 1e6 * self.value.abs()
     }
 
+    /// Whether its uncertainty is: there is one, and it is finite.
+    pub(crate) fn is_known(&self) -> bool {
+        self.u > 0.0 && self.u.is_finite()
+    }
+
     /// In another unit: `scaled` multiplies by what it is of that.
     pub(crate) fn by(self, scaled: impl Fn(f64) -> f64) -> Self {
         Self { value: scaled(self.value), u: scaled(self.u) }
@@ -52,12 +57,34 @@ impl Quantity {
     }
 }
 
+/// Mean weighted by 1/u^2 of those whose uncertainty is known, of one value that value to the bit; `None`
+/// where nothing is known.
+pub(crate) fn weighted_mean(values: impl IntoIterator<Item = Quantity>) -> Option<Quantity> {
+    let mut known = values.into_iter().filter(Quantity::is_known);
+    let first = known.next()?;
+    let (mut weights, mut off) = (1.0 / (first.u * first.u), 0.0);
+    let mut u = first.u;
+    for q in known {
+        let w = 1.0 / (q.u * q.u);
+        weights += w;
+        off += w * (q.value - first.value);
+        u = weights.sqrt().recip();
+    }
+    Some(Quantity::new(first.value + off / weights, u))
+}
+
+/// Squared distances from `mean` over the uncertainties, of those whose uncertainty is known.
+pub(crate) fn chi_squared(values: impl IntoIterator<Item = Quantity>, mean: f64) -> f64 {
+    let known = values.into_iter().filter(Quantity::is_known);
+    known.map(|q| ((q.value - mean) / q.u).powi(2)).sum()
+}
+
 /// The value to the second significant digit of its uncertainty, then the uncertainty: `0.5321 ± 0.0017`; one
 /// that is not a number, as of a parameter at its bound, is unknown; a value that the data say nothing about
 /// is not determined.
 impl fmt::Display for Quantity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let decimals = if self.u > 0.0 && self.u.is_finite() {
+        let decimals = if self.is_known() {
             // Of the uncertainty as it is shown: 0.0000996 is 0.00010.
             let shown: f64 = format!("{:.1e}", self.u).parse().unwrap_or(self.u);
             (1 - shown.log10().floor() as i32).clamp(0, 12) as usize

@@ -7,8 +7,20 @@ use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
 thread_local! {
-    // Plans are kept; there are few, as every length is a power of two.
+    // Plans of lengths that are a power of two are kept: there are few.
     static PLANNER: RefCell<RealFftPlanner<f64>> = RefCell::new(RealFftPlanner::new());
+}
+
+/// |FFT|^2 of `values` by bin.
+pub(crate) fn power(mut values: Vec<f64>) -> Vec<f64> {
+    let length = values.len();
+    let plan = match length.is_power_of_two() {
+        true => PLANNER.with(|p| p.borrow_mut().plan_fft_forward(length)),
+        false => RealFftPlanner::new().plan_fft_forward(length),
+    };
+    let mut spectrum = plan.make_output_vec();
+    plan.process(&mut values, &mut spectrum).expect("lengths come from the plan");
+    spectrum.iter().map(|z| z.norm_sqr()).collect()
 }
 
 /// |FFT|^2 by bin, bin k at k times `resolution_hz`.
@@ -37,13 +49,7 @@ impl Periodogram {
     fn padded(mut padded: Vec<f64>, step_s: f64, length: usize) -> Self {
         let length = length.max(padded.len()).max(2).next_power_of_two();
         padded.resize(length, 0.0);
-        let plan = PLANNER.with(|p| p.borrow_mut().plan_fft_forward(length));
-        let mut spectrum = plan.make_output_vec();
-        plan.process(&mut padded, &mut spectrum).expect("lengths come from the plan");
-        Self {
-            resolution_hz: 1.0 / (length as f64 * step_s),
-            power: spectrum.iter().map(|z| z.norm_sqr()).collect(),
-        }
+        Self { resolution_hz: 1.0 / (length as f64 * step_s), power: power(padded) }
     }
 
     /// Bins whose frequency lies in `hz`, the constant left out.

@@ -32,6 +32,18 @@ pub(crate) fn weighted_median(values: &mut [(f64, f64)]) -> f64 {
     values.iter().find(middle).map_or(f64::NAN, |(value, _)| *value)
 }
 
+/// Root of the mean square; NaN for none.
+pub(crate) fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
+    weighted_rms(values.into_iter().map(|value| (1.0, value)))
+}
+
+/// The same of values behind their weights.
+pub(crate) fn weighted_rms(values: impl IntoIterator<Item = (f64, f64)>) -> f64 {
+    let add = |sum: (f64, f64), (w, value): (f64, f64)| (sum.0 + w, sum.1 + w * value.powi(2));
+    let (weights, squares) = values.into_iter().fold((0.0, 0.0), add);
+    (squares / weights).sqrt()
+}
+
 /// Chi squared of so many degrees of freedom that chance exceeds once in a hundred, within 1 % (E. B. Wilson
 /// and M. M. Hilferty, Proc. Nat. Acad. Sci. 17, 1931).
 pub(crate) fn rare_chi_squared(freedom: f64) -> f64 {
@@ -114,11 +126,10 @@ fn trimmed_rms(mut values: Vec<f64>) -> f64 {
         if values.is_empty() {
             return 0.0;
         }
-        let rms = (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt();
+        let rms = rms(values.iter().copied());
         values.retain(|v| v.abs() <= 4.0 * rms);
     }
-    let n = values.len().max(1) as f64;
-    (values.iter().map(|v| v * v).sum::<f64>() / n).sqrt()
+    rms(values)
 }
 
 #[cfg(test)]

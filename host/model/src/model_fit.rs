@@ -294,7 +294,7 @@ pub fn later_part(data: &Data, structure: &Structure, fits: &[Fitted]) -> Result
     let quick = Structure { precise: false, ..structure.clone() };
     let partial = joint::fit(&parts, &quick, &sharing, &numbers(fits)).polished(&parts);
     interrupt::check()?;
-    Ok(partial.held_out_over_noise(data.decays()).unwrap_or(f64::NAN))
+    Ok(partial.held_out_over_noise(data.decays()))
 }
 
 /// Natural frequency and damping of `entry`, as far as known.

@@ -6,6 +6,7 @@
 use super::at::At;
 use super::doubt::Kind;
 use crate::plan::Can;
+use crate::quantity::Quantity;
 use crate::record::Called;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -167,7 +168,7 @@ pub struct ReleaseEntry {
 }
 
 /// Density of dry air, kg/m3, as an ideal gas; moist air is lighter, by 1 % at 30 deg C and 60 %.
-pub fn dry_air_density_kg_m3(temperature_deg_c: f64, pressure_pa: f64) -> f64 {
+fn dry_air_density_kg_m3(temperature_deg_c: f64, pressure_pa: f64) -> f64 {
     const GAS_CONSTANT_J_KG_K: f64 = 287.05;
     pressure_pa / (GAS_CONSTANT_J_KG_K * (temperature_deg_c + 273.15))
 }
@@ -246,6 +247,21 @@ impl Campaign {
             motion: None,
             release,
         }
+    }
+
+    /// Izz about each axis, in the order of [`Axis::BOTH`], and its standard uncertainty, where they are given.
+    pub(crate) fn known_inertia(&self) -> [(Option<f64>, Option<f64>); 2] {
+        let known = self.inertia.clone().unwrap_or_default();
+        [(known.mid_kg_m2, known.mid_u_kg_m2), (known.front_kg_m2, known.front_u_kg_m2)]
+    }
+
+    /// Stiffness of a spring as its first release states it, N/m; u is zero where it is not stated.
+    pub(crate) fn stiffness_of(&self, spring: &str) -> Quantity {
+        let first = self.release.iter().find(|release| release.spring == spring);
+        first.map_or(Quantity::exact(f64::NAN), |release| {
+            let u = release.spring_stiffness_u_n_per_m.unwrap_or(0.0);
+            Quantity::new(release.spring_stiffness_n_per_m, u)
+        })
     }
 
     /// Density of the air in a release.

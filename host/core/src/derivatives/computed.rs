@@ -2,7 +2,7 @@
 
 use super::campaign::{Campaign, ReleaseEntry};
 use super::condition::{group, Condition, Identified};
-use super::inputs::{axis_index, uncertain, Inputs, Layout};
+use super::inputs::{uncertain, Inputs, Layout};
 use super::propagation::Propagation;
 use super::table::{
     ByAxis, ConditionRow, InertiaLine, InertiaOrigin, ReleaseRow, SpringRow, Table,
@@ -87,19 +87,10 @@ impl<'a> Computed<'a> {
             campaign: file.to_owned(),
             model: self.campaign.model.name.clone(),
             method: method.to_owned(),
-            inertia_kg_m2: ByAxis {
-                mid: propagation.inertia(Axis::Mid),
-                front: propagation.inertia(Axis::Front),
-            },
-            inertia_origin: ByAxis {
-                mid: self.inertia_origin(Axis::Mid),
-                front: self.inertia_origin(Axis::Front),
-            },
+            inertia_kg_m2: ByAxis::of(|axis| propagation.inertia(axis)),
+            inertia_origin: ByAxis::of(|axis| self.inertia_origin(axis)),
             springs: self.springs(),
-            inertia_line: ByAxis {
-                mid: self.inertia_line(Axis::Mid),
-                front: self.inertia_line(Axis::Front),
-            },
+            inertia_line: ByAxis::of(|axis| self.inertia_line(axis)),
             points: propagation.points(&self.conditions),
             conditions: self
                 .conditions
@@ -117,17 +108,15 @@ impl<'a> Computed<'a> {
     /// 4.21. `None` with the wind off, and where there is no point.
     pub fn responses(&self) -> Vec<Option<Modal>> {
         let mut responses = vec![None; self.identified.len()];
-        let inertia = Axis::BOTH
-            .map(|axis| self.layout.inertia_kg_m2(&self.inputs, axis).unwrap_or(f64::NAN));
-        for place in &self.layout.places {
-            let values = self.layout.values(&self.inputs, place, inertia);
+        let outputs = self.layout.outputs(&self.inputs);
+        for (place, values) in self.layout.places.iter().zip(&outputs.points) {
             let front = place.front.map(|pair| (pair, values.front, Axis::Front));
             for (pair, derivatives, axis) in
                 [(place.mid, values.mid, Axis::Mid)].into_iter().chain(front)
             {
                 let response = derivatives.wind_on(
                     &self.inputs.modal(pair.off),
-                    inertia[axis_index(axis)],
+                    outputs.inertia_kg_m2[axis as usize],
                     &self.inputs.wind(pair.on),
                     self.inputs.model(),
                 );
@@ -140,12 +129,8 @@ impl<'a> Computed<'a> {
     }
 
     fn inertia_line(&self, axis: Axis) -> Option<InertiaLine> {
-        let known = self.campaign.inertia.clone().unwrap_or_default();
-        let is_known = match axis {
-            Axis::Mid => known.mid_kg_m2.is_some(),
-            Axis::Front => known.front_kg_m2.is_some(),
-        };
-        let line = self.layout.line(&self.inputs, axis).filter(|_| !is_known)?;
+        let (known, _) = self.campaign.known_inertia()[axis as usize];
+        let line = self.layout.line(&self.inputs, axis).filter(|_| known.is_none())?;
         let freedom = line.degrees_of_freedom;
         Some(InertiaLine {
             springs: freedom + 2,
@@ -155,8 +140,7 @@ impl<'a> Computed<'a> {
     }
 
     fn inertia_origin(&self, axis: Axis) -> Option<InertiaOrigin> {
-        let known = self.campaign.inertia.clone().unwrap_or_default();
-        let known = [known.mid_kg_m2, known.front_kg_m2][axis_index(axis)];
+        let (known, _) = self.campaign.known_inertia()[axis as usize];
         if known.is_some() {
             return Some(InertiaOrigin::Given);
         }
@@ -171,8 +155,7 @@ impl<'a> Computed<'a> {
         let mut springs: Vec<SpringRow> = Vec::new();
         for entry in &self.campaign.release {
             if springs.iter().all(|row| row.spring != entry.spring) {
-                let u = entry.spring_stiffness_u_n_per_m.unwrap_or(0.0);
-                let stiffness_n_per_m = Quantity::new(entry.spring_stiffness_n_per_m, u);
+                let stiffness_n_per_m = self.campaign.stiffness_of(&entry.spring);
                 springs.push(SpringRow { spring: entry.spring.clone(), stiffness_n_per_m });
             }
         }
@@ -225,9 +208,10 @@ pub fn inertia_kg_m2(campaign: &Campaign, identified: &[Identified], axis: Axis)
 
 /// The campaign file's entries left out, whose uncertainty is taken as zero.
 fn assumed_zero(campaign: &Campaign) -> Vec<String> {
-    let Campaign { model, air, rig, inertia, release, .. } = campaign;
-    let known = inertia.clone().unwrap_or_default();
-    let from_line = known.mid_kg_m2.is_none() || known.front_kg_m2.is_none();
+    let Campaign { model, air, rig, release, .. } = campaign;
+    let known = campaign.known_inertia();
+    let from_line = known.iter().any(|(inertia, _)| inertia.is_none());
+    let lacks_u = |axis: Axis| matches!(known[axis as usize], (Some(_), None));
     let missing_in = |of: fn(&ReleaseEntry) -> Option<f64>, wind_on: bool| {
         release.iter().any(|r| of(r).is_none() && (r.wind_speed_m_s > 0.0 || !wind_on))
     };
@@ -243,8 +227,8 @@ fn assumed_zero(campaign: &Campaign) -> Vec<String> {
             "release.spring_stiffness_u_n_per_m",
             from_line && missing_in(|r| r.spring_stiffness_u_n_per_m, false),
         ),
-        ("inertia.mid_u_kg_m2", known.mid_kg_m2.is_some() && known.mid_u_kg_m2.is_none()),
-        ("inertia.front_u_kg_m2", known.front_kg_m2.is_some() && known.front_u_kg_m2.is_none()),
+        ("inertia.mid_u_kg_m2", lacks_u(Axis::Mid)),
+        ("inertia.front_u_kg_m2", lacks_u(Axis::Front)),
     ]
     .into_iter()
     .filter(|(_, missing)| *missing)

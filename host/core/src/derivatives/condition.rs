@@ -111,6 +111,12 @@ pub(crate) struct Setting {
     pub(crate) releases: Vec<usize>,
 }
 
+impl Setting {
+    fn is_wind_on(&self) -> bool {
+        self.wind_speed_m_s > 0.0
+    }
+}
+
 /// The settings in the order of their first release. Wind speeds within 2 % of each other are one.
 pub(crate) fn settings(campaign: &Campaign) -> Vec<Setting> {
     let mut settings: Vec<Setting> = Vec::new();
@@ -159,10 +165,6 @@ pub(crate) struct Condition {
 }
 
 impl Condition {
-    fn is_wind_on(&self) -> bool {
-        self.setting.wind_speed_m_s > 0.0
-    }
-
     /// What is to be said where its repeats scatter by more than chance.
     pub(super) fn scatter(&self) -> Option<String> {
         let of = |mean: &Mean, name: &str| {
@@ -190,43 +192,33 @@ impl Condition {
 /// condition scatter more than their fits state by more than chance, its mean's uncertainty is the stated one
 /// times the Birge ratio at least (R. T. Birge, Phys. Rev. 40, 1932).
 pub(crate) fn group(campaign: &Campaign, identified: &[Identified]) -> Vec<Condition> {
-    let nothing =
-        Mean { value: 0.0, u_fit: 0.0, u_lacking: 0.0, u_repeatability: 0.0, birge_ratio: 1.0 };
-    let condition = |setting: Setting| Condition {
-        natural_frequency_rad_s: nothing,
-        damping_rad_s: nothing,
-        at_amplitude: identified[setting.releases[0]].at_amplitude.clone(),
-        setting,
+    let values = |setting: &Setting, of: fn(&Identified) -> Quantity| -> Vec<Quantity> {
+        setting.releases.iter().map(|&index| of(&identified[index])).collect()
     };
-    let mut conditions: Vec<Condition> = settings(campaign).into_iter().map(condition).collect();
-    for wind_on in [false, true] {
-        let mut members: Vec<&mut Condition> =
-            conditions.iter_mut().filter(|condition| condition.is_wind_on() == wind_on).collect();
-        let values = |of: fn(&Identified) -> Quantity| -> Vec<Vec<Quantity>> {
-            let read = |condition: &&mut Condition| {
-                condition.setting.releases.iter().map(|&index| of(&identified[index])).collect()
-            };
-            members.iter().map(read).collect()
-        };
-        let frequencies = values(|found| found.natural_frequency_rad_s);
-        let dampings = values(damping_rad_s);
-        let relative: Vec<Vec<Quantity>> =
-            frequencies.iter().map(|values| relative(values)).collect();
-        let (tau_frequency, tau_damping) = (excess_scatter(&relative), excess_scatter(&dampings));
-        for (place, condition) in members.iter_mut().enumerate() {
-            let middle = frequencies[place][0].value;
-            condition.natural_frequency_rad_s = mean(&frequencies[place], tau_frequency * middle);
-            condition.damping_rad_s = mean(&dampings[place], tau_damping);
-            // Repeats lack the same law: their mean knows of it what each does.
-            let found = || condition.setting.releases.iter().map(|&index| &identified[index]);
-            let most = |of: fn(&Identified) -> f64| found().map(of).fold(0.0, f64::max);
-            let lacking =
-                [most(|f| f.lacking.natural_frequency_rad_s), most(lacking_damping_rad_s)];
-            condition.natural_frequency_rad_s.lack(lacking[0]);
-            condition.damping_rad_s.lack(lacking[1]);
+    let settings = settings(campaign);
+    let wn = |found: &Identified| found.natural_frequency_rad_s;
+    let scatter = [false, true].map(|wind_on| {
+        let members = || settings.iter().filter(|setting| setting.is_wind_on() == wind_on);
+        let relative: Vec<_> = members().map(|setting| relative(&values(setting, wn))).collect();
+        let dampings: Vec<_> = members().map(|setting| values(setting, damping_rad_s)).collect();
+        [excess_scatter(&relative), excess_scatter(&dampings)]
+    });
+    let condition = |setting: Setting| {
+        let [of_frequency, of_damping] = scatter[usize::from(setting.is_wind_on())];
+        let frequencies = values(&setting, wn);
+        // Repeats lack the same law: their mean knows of it what each does.
+        let found = || setting.releases.iter().map(|&index| &identified[index]);
+        let most = |of: fn(&Identified) -> f64| found().map(of).fold(0.0, f64::max);
+        Condition {
+            natural_frequency_rad_s: mean(&frequencies, of_frequency * frequencies[0].value)
+                .lacking(most(|found| found.lacking.natural_frequency_rad_s)),
+            damping_rad_s: mean(&values(&setting, damping_rad_s), of_damping)
+                .lacking(most(lacking_damping_rad_s)),
+            at_amplitude: identified[setting.releases[0]].at_amplitude.clone(),
+            setting,
         }
-    }
-    conditions
+    };
+    settings.into_iter().map(condition).collect()
 }
 
 /// 2 zeta wn; the two are estimated independently of each other at small damping.

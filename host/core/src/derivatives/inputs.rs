@@ -5,6 +5,7 @@ use super::campaign::Campaign;
 use super::condition::{Condition, Setting};
 use super::line::{self, Point, StraightLine};
 use super::repeats::Mean;
+use super::table::Budget;
 use std::collections::HashMap;
 use yawrig_shared::axis::Axis;
 use yawrig_shared::derivatives::{
@@ -14,19 +15,10 @@ use yawrig_shared::derivatives::{
 use yawrig_shared::modal::Modal;
 
 /// The two axes of a point may have been measured at wind speeds this far apart, relative.
-const PARTNER_SPEED: f64 = 0.05;
+pub(super) const PARTNER_SPEED: f64 = 0.05;
 
-/// Where a standard uncertainty comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Source {
-    Repeatability,
-    Fit,
-    Inertia,
-    AirDensity,
-    WindSpeed,
-    Geometry,
-    Clock,
-}
+/// Where a standard uncertainty comes from: its share in the budget.
+type Source = fn(&mut Budget) -> &mut f64;
 
 /// What is computed for each point: per radian, NaN where the front axis was not measured.
 #[derive(Clone, Copy, Debug)]
@@ -36,6 +28,14 @@ pub(super) struct PointValues {
     pub(crate) front: YawDerivatives,
     pub(crate) cy_beta: f64,
     pub(crate) cy_r: f64,
+}
+
+/// What is computed from the numbers.
+pub(super) struct Outputs {
+    /// By axis; NaN where it is not known.
+    pub(super) inertia_kg_m2: [f64; 2],
+    /// One for each place.
+    pub(super) points: Vec<PointValues>,
 }
 
 /// Which conditions belong together, as indices into the list of conditions.
@@ -98,13 +98,6 @@ pub(super) struct Layout {
     lines: [Vec<(usize, usize, f64, f64)>; 2],
 }
 
-pub(super) fn axis_index(axis: Axis) -> usize {
-    match axis {
-        Axis::Mid => 0,
-        Axis::Front => 1,
-    }
-}
-
 impl Layout {
     pub(super) fn new(campaign: &Campaign, conditions: &[Condition]) -> Self {
         // The nearest speed: the coefficients are made with each condition's own.
@@ -149,29 +142,23 @@ impl Layout {
             // A fit of noise-free data claims to be exact; the line needs something to weigh by.
             let u_x = (2.0 * wn.value * wn.u()).max(1e-9 * wn.value * wn.value);
             let u_y = 2.0 * arm2 * entry.spring_stiffness_u_n_per_m.unwrap_or(0.0);
-            lines[axis_index(c.axis)].push((index, spring, u_x, u_y));
+            lines[c.axis as usize].push((index, spring, u_x, u_y));
         }
         Self { places, springs, lines }
     }
 
     /// The line of Kr in N m/rad against wn_off^2 about an axis; `None` for fewer than two springs.
     pub(super) fn line(&self, inputs: &Inputs, axis: Axis) -> Option<StraightLine> {
-        let points = self.points(inputs, axis).into_iter().map(|(_, point)| point);
-        line::fit(&points.collect::<Vec<_>>())
-    }
-
-    /// The line's points, each with its condition.
-    pub(super) fn points(&self, inputs: &Inputs, axis: Axis) -> Vec<(usize, Point)> {
         let point = |&(condition, spring, u_x, u_y): &(usize, usize, f64, f64)| {
             let x = inputs.modal(condition).stiffness_rad2_s2();
-            (condition, Point { x, u_x, y: inputs.torsional_stiffness_nm(spring), u_y })
+            Point { x, u_x, y: inputs.torsional_stiffness_nm(spring), u_y }
         };
-        self.lines[axis_index(axis)].iter().map(point).collect()
+        line::fit(&self.lines[axis as usize].iter().map(point).collect::<Vec<_>>())
     }
 
     /// Izz about an axis; `None` where it is neither given nor was the model released with the wind off.
     pub(super) fn inertia_kg_m2(&self, inputs: &Inputs, axis: Axis) -> Option<f64> {
-        let index = axis_index(axis);
+        let index = axis as usize;
         if inputs.known_inertia_kg_m2[index].is_some() {
             return inputs.known_inertia_kg_m2[index];
         }
@@ -183,69 +170,58 @@ impl Layout {
         Some(slope + inputs.slope_shift_kg_m2[index])
     }
 
-    /// Everything there is to compute at one place, with the inertias of [`Self::inertia_kg_m2`].
-    pub(super) fn values(
-        &self,
-        inputs: &Inputs,
-        place: &Place,
-        inertia_kg_m2: [f64; 2],
-    ) -> PointValues {
-        let derive = |pair: &Pair, axis: Axis| {
-            YawDerivatives::from_releases(
-                &inputs.modal(pair.on),
-                &inputs.modal(pair.off),
-                inertia_kg_m2[axis_index(axis)],
-                &inputs.wind(pair.on),
-                &inputs.model,
-            )
-        };
-        let mid = derive(&place.mid, Axis::Mid);
-        let nothing = YawDerivatives { cn_beta: f64::NAN, cn_r: f64::NAN };
-        let front = place.front.as_ref().map_or(nothing, |pair| derive(pair, Axis::Front));
-        let side = |mid, front| side_force(mid, front, inputs.model.length_m, inputs.axis_offset_m);
-        let on = place.mid.on;
-        PointValues {
-            reduced_frequency: reduced_frequency(
-                &inputs.modal(on),
-                &inputs.wind(on),
-                &inputs.model,
-            ),
-            mid,
-            front,
-            cy_beta: side(mid.cn_beta, front.cn_beta),
-            cy_r: side(mid.cn_r, front.cn_r),
-        }
+    pub(super) fn outputs(&self, inputs: &Inputs) -> Outputs {
+        let inertia = |axis| self.inertia_kg_m2(inputs, axis).unwrap_or(f64::NAN);
+        let inertia_kg_m2 = Axis::BOTH.map(inertia);
+        let values = |place: &Place| inputs.values(place, inertia_kg_m2);
+        Outputs { inertia_kg_m2, points: self.places.iter().map(values).collect() }
     }
 }
 
 impl Inputs {
     pub(super) fn new(campaign: &Campaign, conditions: &[Condition], layout: &Layout) -> Self {
-        let stiffness = |name: &String| {
-            let release = campaign.release.iter().find(|release| release.spring == *name);
-            release.map_or(f64::NAN, |release| release.spring_stiffness_n_per_m)
-        };
-        let known = campaign.inertia.clone().unwrap_or_default();
+        let stiffness = |name: &String| campaign.stiffness_of(name).value;
+        let each = |of: &dyn Fn(&Condition) -> f64| conditions.iter().map(of).collect();
         Self {
-            natural_frequency_rad_s: conditions
-                .iter()
-                .map(|c| c.natural_frequency_rad_s.value)
-                .collect(),
-            damping_rad_s: conditions.iter().map(|c| c.damping_rad_s.value).collect(),
-            wind_speed_m_s: conditions.iter().map(|c| c.setting.wind_speed_m_s).collect(),
+            natural_frequency_rad_s: each(&|c| c.natural_frequency_rad_s.value),
+            damping_rad_s: each(&|c| c.damping_rad_s.value),
+            wind_speed_m_s: each(&|c| c.setting.wind_speed_m_s),
             stiffness_n_per_m: layout.springs.iter().map(stiffness).collect(),
             spring_arm_m: campaign.rig.spring_arm_m,
             axis_offset_m: campaign.rig.axis_offset_m,
             density_kg_m3: campaign.air.density_kg_m3,
-            density_ratio: conditions
-                .iter()
-                .map(|c| c.setting.density_kg_m3 / campaign.air.density_kg_m3)
-                .collect(),
+            density_ratio: each(&|c| c.setting.density_kg_m3 / campaign.air.density_kg_m3),
             model: Model {
                 length_m: campaign.model.length_m,
                 frontal_area_m2: campaign.model.frontal_area_m2,
             },
-            known_inertia_kg_m2: [known.mid_kg_m2, known.front_kg_m2],
+            known_inertia_kg_m2: campaign.known_inertia().map(|(inertia, _)| inertia),
             slope_shift_kg_m2: [0.0; 2],
+        }
+    }
+
+    /// Everything there is to compute at one place.
+    fn values(&self, place: &Place, inertia_kg_m2: [f64; 2]) -> PointValues {
+        let derive = |pair: &Pair, axis: Axis| {
+            YawDerivatives::from_releases(
+                &self.modal(pair.on),
+                &self.modal(pair.off),
+                inertia_kg_m2[axis as usize],
+                &self.wind(pair.on),
+                &self.model,
+            )
+        };
+        let mid = derive(&place.mid, Axis::Mid);
+        let nothing = YawDerivatives { cn_beta: f64::NAN, cn_r: f64::NAN };
+        let front = place.front.as_ref().map_or(nothing, |pair| derive(pair, Axis::Front));
+        let side = |mid, front| side_force(mid, front, self.model.length_m, self.axis_offset_m);
+        let on = place.mid.on;
+        PointValues {
+            reduced_frequency: reduced_frequency(&self.modal(on), &self.wind(on), &self.model),
+            mid,
+            front,
+            cy_beta: side(mid.cn_beta, front.cn_beta),
+            cy_r: side(mid.cn_r, front.cn_r),
         }
     }
 
@@ -309,19 +285,18 @@ fn of_condition(conditions: &[Condition], alike: &Alike, i: usize) -> Vec<Uncert
     };
     let add_wn = move |x: &mut Inputs, d: f64| x.natural_frequency_rad_s[i] += d;
     let add_damping = move |x: &mut Inputs, d: f64| x.damping_rad_s[i] += d;
+    let add_speed = move |x: &mut Inputs, d: f64| x.wind_speed_m_s[i] += d;
     let mut all = vec![
-        Uncertain::new(Source::Fit, own(wn, 0), add_wn),
-        Uncertain::new(Source::Fit, own(damping, 1), add_damping),
+        Uncertain::new(|b| &mut b.fit, own(wn, 0), add_wn),
+        Uncertain::new(|b| &mut b.fit, own(damping, 1), add_damping),
     ];
     if c.setting.wind_speed_m_s == 0.0 {
         all.extend([0, 1].map(|which| lacking(conditions, alike, i, which)));
     }
     all.extend([
-        Uncertain::new(Source::Repeatability, wn.u_repeatability, add_wn),
-        Uncertain::new(Source::Repeatability, damping.u_repeatability, add_damping),
-        Uncertain::new(Source::WindSpeed, c.setting.wind_speed_u_m_s, move |x, d| {
-            x.wind_speed_m_s[i] += d;
-        }),
+        Uncertain::new(|b| &mut b.repeatability, wn.u_repeatability, add_wn),
+        Uncertain::new(|b| &mut b.repeatability, damping.u_repeatability, add_damping),
+        Uncertain::new(|b| &mut b.wind_speed, c.setting.wind_speed_u_m_s, add_speed),
     ]);
     all
 }
@@ -340,35 +315,32 @@ fn lacking(conditions: &[Condition], alike: &Alike, off: usize, which: usize) ->
         .filter(|(_, u)| *u > 0.0)
         .collect();
     let any = if together.is_empty() { 0.0 } else { 1.0 };
-    Uncertain::new(Source::Fit, any, move |x, d| {
+    let add = move |x: &mut Inputs, d: f64| {
         let rates = [&mut x.natural_frequency_rad_s, &mut x.damping_rad_s];
-        for (k, u) in &together {
-            rates[which][*k] += d * u;
-        }
-    })
+        together.iter().for_each(|(k, u)| rates[which][*k] += d * u);
+    };
+    Uncertain::new(|b| &mut b.fit, any, add)
 }
 
 /// The springs' stiffness and the inertia.
 fn of_stiffness(campaign: &Campaign, layout: &Layout, inputs: &Inputs) -> Vec<Uncertain> {
     let of_spring = |(k, name): (usize, &String)| {
-        let release = campaign.release.iter().find(|release| release.spring == *name);
-        let u = release.and_then(|release| release.spring_stiffness_u_n_per_m).unwrap_or(0.0);
-        Uncertain::new(Source::Inertia, u, move |x, d| x.stiffness_n_per_m[k] += d)
+        let u = campaign.stiffness_of(name).u;
+        Uncertain::new(|b| &mut b.inertia, u, move |x, d| x.stiffness_n_per_m[k] += d)
     };
     let mut all: Vec<Uncertain> = layout.springs.iter().enumerate().map(of_spring).collect();
-    let known = campaign.inertia.clone().unwrap_or_default();
-    let known_u = [known.mid_u_kg_m2, known.front_u_kg_m2];
+    let known_u = campaign.known_inertia().map(|(_, u)| u);
     for axis in Axis::BOTH {
-        let a = axis_index(axis);
+        let a = axis as usize;
         if inputs.known_inertia_kg_m2[a].is_some() {
-            all.push(Uncertain::new(Source::Inertia, known_u[a].unwrap_or(0.0), move |x, d| {
+            let add = move |x: &mut Inputs, d: f64| {
                 x.known_inertia_kg_m2[a] = x.known_inertia_kg_m2[a].map(|inertia| inertia + d);
-            }));
+            };
+            all.push(Uncertain::new(|b| &mut b.inertia, known_u[a].unwrap_or(0.0), add));
         } else if let Some(line) = layout.line(inputs, axis) {
             let excess = (line.scatter_ratio().powi(2) - 1.0).sqrt();
-            all.push(Uncertain::new(Source::Inertia, line.u_slope * excess, move |x, d| {
-                x.slope_shift_kg_m2[a] += d;
-            }));
+            let add = move |x: &mut Inputs, d: f64| x.slope_shift_kg_m2[a] += d;
+            all.push(Uncertain::new(|b| &mut b.inertia, line.u_slope * excess, add));
         }
     }
     all
@@ -377,19 +349,20 @@ fn of_stiffness(campaign: &Campaign, layout: &Layout, inputs: &Inputs) -> Vec<Un
 /// What all releases share.
 fn of_all_releases(campaign: &Campaign) -> [Uncertain; 6] {
     let Campaign { model, air, rig, .. } = campaign;
-    let new = |source, u: Option<f64>, change: fn(&mut Inputs, f64)| {
+    let new = |source: Source, u: Option<f64>, change: fn(&mut Inputs, f64)| {
         Uncertain::new(source, u.unwrap_or(0.0), change)
     };
+    // One clock for all releases: every frequency and every damping goes with it.
+    let faster = |x: &mut Inputs, d: f64| {
+        let rates = x.natural_frequency_rad_s.iter_mut().chain(&mut x.damping_rad_s);
+        rates.for_each(|rate| *rate *= 1.0 + d);
+    };
     [
-        new(Source::Inertia, rig.spring_arm_u_m, |x, d| x.spring_arm_m += d),
-        new(Source::AirDensity, air.density_u_kg_m3, |x, d| x.density_kg_m3 += d),
-        new(Source::Geometry, model.length_u_m, |x, d| x.model.length_m += d),
-        new(Source::Geometry, model.frontal_area_u_m2, |x, d| x.model.frontal_area_m2 += d),
-        new(Source::Geometry, rig.axis_offset_u_m, |x, d| x.axis_offset_m += d),
-        // One clock for all releases: every frequency and every damping goes with it.
-        new(Source::Clock, rig.clock_u_ppm.map(|ppm| 1e-6 * ppm), |x, d| {
-            let rates = x.natural_frequency_rad_s.iter_mut().chain(&mut x.damping_rad_s);
-            rates.for_each(|rate| *rate *= 1.0 + d);
-        }),
+        new(|b| &mut b.inertia, rig.spring_arm_u_m, |x, d| x.spring_arm_m += d),
+        new(|b| &mut b.air_density, air.density_u_kg_m3, |x, d| x.density_kg_m3 += d),
+        new(|b| &mut b.geometry, model.length_u_m, |x, d| x.model.length_m += d),
+        new(|b| &mut b.geometry, model.frontal_area_u_m2, |x, d| x.model.frontal_area_m2 += d),
+        new(|b| &mut b.geometry, rig.axis_offset_u_m, |x, d| x.axis_offset_m += d),
+        new(|b| &mut b.clock, rig.clock_u_ppm.map(|ppm| 1e-6 * ppm), faster),
     ]
 }

@@ -1,7 +1,7 @@
 //! What each uncertain number does to the derivatives: first-order propagation, one number at a time.
 
 use super::condition::Condition;
-use super::inputs::{axis_index, Inputs, Layout, PointValues, Source, Uncertain};
+use super::inputs::{Inputs, Layout, Outputs, PointValues, Uncertain};
 use super::table::{Budget, Point, PointBudget};
 use crate::quantity::Quantity;
 use yawrig_shared::axis::Axis;
@@ -15,68 +15,34 @@ pub(super) struct Propagation<'a> {
     changes: Vec<(Outputs, Outputs)>,
 }
 
-struct Outputs {
-    inertia_kg_m2: [f64; 2],
-    points: Vec<PointValues>,
-}
-
-impl Outputs {
-    fn new(layout: &Layout, inputs: &Inputs) -> Self {
-        let inertia = Axis::BOTH.map(|axis| layout.inertia_kg_m2(inputs, axis).unwrap_or(f64::NAN));
-        let points =
-            layout.places.iter().map(|place| layout.values(inputs, place, inertia)).collect();
-        Self { inertia_kg_m2: inertia, points }
-    }
-}
-
 impl<'a> Propagation<'a> {
     pub(super) fn new(layout: &'a Layout, inputs: &Inputs, uncertain: &'a [Uncertain]) -> Self {
         let changed = |input: &Uncertain, by: f64| {
             let mut inputs = inputs.clone();
             (input.change)(&mut inputs, by);
-            Outputs::new(layout, &inputs)
+            layout.outputs(&inputs)
         };
         let changes = uncertain
             .iter()
             .map(|input| (changed(input, input.u), changed(input, -input.u)))
             .collect();
-        Self { layout, uncertain, values: Outputs::new(layout, inputs), changes }
+        Self { layout, uncertain, values: layout.outputs(inputs), changes }
     }
 
     /// A value with its standard uncertainty and budget; `None` where it was not measured.
     fn assess(&self, of: impl Fn(&Outputs) -> f64) -> Option<(Quantity, Budget)> {
         let value = of(&self.values);
-        let mut squares = Budget::default();
+        let mut budget = Budget::default();
         for (input, (up, down)) in self.uncertain.iter().zip(&self.changes) {
-            let place = match input.source {
-                Source::Repeatability => &mut squares.repeatability,
-                Source::Fit => &mut squares.fit,
-                Source::Inertia => &mut squares.inertia,
-                Source::AirDensity => &mut squares.air_density,
-                Source::WindSpeed => &mut squares.wind_speed,
-                Source::Geometry => &mut squares.geometry,
-                Source::Clock => &mut squares.clock,
-            };
-            *place += (0.5 * (of(up) - of(down))).powi(2);
+            *(input.source)(&mut budget) += (0.5 * (of(up) - of(down))).powi(2);
         }
-        let Budget { repeatability, fit, inertia, air_density, wind_speed, geometry, clock } =
-            squares;
-        let u =
-            (repeatability + fit + inertia + air_density + wind_speed + geometry + clock).sqrt();
-        let budget = Budget {
-            repeatability: repeatability.sqrt(),
-            fit: fit.sqrt(),
-            inertia: inertia.sqrt(),
-            air_density: air_density.sqrt(),
-            wind_speed: wind_speed.sqrt(),
-            geometry: geometry.sqrt(),
-            clock: clock.sqrt(),
-        };
+        let u = budget.shares().iter().map(|square| **square).sum::<f64>().sqrt();
+        budget.shares().into_iter().for_each(|share| *share = share.sqrt());
         value.is_finite().then_some((Quantity::new(value, u), budget))
     }
 
     pub(super) fn inertia(&self, axis: Axis) -> Option<Quantity> {
-        self.assess(|outputs| outputs.inertia_kg_m2[axis_index(axis)]).map(|(quantity, _)| quantity)
+        self.assess(|outputs| outputs.inertia_kg_m2[axis as usize]).map(|(quantity, _)| quantity)
     }
 
     pub(super) fn points(&self, conditions: &[Condition]) -> Vec<Point> {
@@ -85,7 +51,8 @@ impl<'a> Propagation<'a> {
                 |of: fn(&PointValues) -> f64| self.assess(|outputs| of(&outputs.points[index]));
             let (cn_beta, cn_beta_budget) = at(|p| p.mid.cn_beta)?;
             let (cn_r, cn_r_budget) = at(|p| p.mid.cn_r)?;
-            let (cy_beta, cy_r) = (at(|p| p.cy_beta), at(|p| p.cy_r));
+            let (cy_beta, cy_beta_budget) = at(|p| p.cy_beta).unzip();
+            let (cy_r, cy_r_budget) = at(|p| p.cy_r).unzip();
             let on = &conditions[self.layout.places[index].mid.on];
             Some(Point {
                 spring: on.setting.spring.clone(),
@@ -94,15 +61,15 @@ impl<'a> Propagation<'a> {
                 reduced_frequency: self.values.points[index].reduced_frequency,
                 cn_beta,
                 cn_r,
-                cy_beta: cy_beta.map(|(quantity, _)| quantity),
-                cy_r: cy_r.map(|(quantity, _)| quantity),
-                cn_beta_front: at(|p| p.front.cn_beta).map(|(quantity, _)| quantity),
-                cn_r_front: at(|p| p.front.cn_r).map(|(quantity, _)| quantity),
+                cy_beta,
+                cy_r,
+                cn_beta_front: at(|p| p.front.cn_beta).unzip().0,
+                cn_r_front: at(|p| p.front.cn_r).unzip().0,
                 budget: PointBudget {
                     cn_beta: cn_beta_budget,
                     cn_r: cn_r_budget,
-                    cy_beta: cy_beta.map(|(_, budget)| budget),
-                    cy_r: cy_r.map(|(_, budget)| budget),
+                    cy_beta: cy_beta_budget,
+                    cy_r: cy_r_budget,
                 },
             })
         };

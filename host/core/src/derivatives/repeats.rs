@@ -1,6 +1,6 @@
 //! What repeats of one quantity say together: their mean, and how much they scatter.
 
-use crate::quantity::Quantity;
+use crate::quantity::{self, weighted_mean, Quantity};
 use crate::statistics::rare_chi_squared;
 
 /// A mean and where its standard uncertainty comes from.
@@ -16,8 +16,9 @@ pub(crate) struct Mean {
 }
 
 impl Mean {
-    pub(super) fn lack(&mut self, u: f64) {
-        self.u_lacking = u.min(self.u_fit);
+    /// So much of it for a law that the linear model lacks.
+    pub(super) fn lacking(self, u: f64) -> Self {
+        Self { u_lacking: u.min(self.u_fit), ..self }
     }
 
     pub(crate) fn u(&self) -> f64 {
@@ -48,14 +49,11 @@ pub(super) fn excess_scatter(groups: &[Vec<Quantity>]) -> f64 {
 /// weighted mean's uncertainty would be by those; `None` for one release, or where one claims to be exact.
 pub(super) fn chi_squared(values: &[Quantity]) -> Option<(f64, f64, f64)> {
     let freedom = values.len().checked_sub(1).filter(|n| *n > 0)? as f64;
-    if !values.iter().all(|q| q.u > 0.0 && q.u.is_finite()) {
+    if !values.iter().all(Quantity::is_known) {
         return None;
     }
-    let weight = |q: &Quantity| (q.u * q.u).recip();
-    let total: f64 = values.iter().map(weight).sum();
-    let mean = values.iter().map(|q| weight(q) * q.value).sum::<f64>() / total;
-    let chi_squared: f64 = values.iter().map(|q| weight(q) * (q.value - mean).powi(2)).sum();
-    Some((chi_squared, freedom, total.sqrt().recip()))
+    let mean = weighted_mean(values.iter().copied())?;
+    Some((quantity::chi_squared(values.iter().copied(), mean.value), freedom, mean.u))
 }
 
 /// Square root of chi squared per degree of freedom, and what the weighted mean's uncertainty would be as

@@ -3,6 +3,7 @@
 use super::at::At;
 use super::condition::{scatter, Condition, Identified, Scatter};
 use super::doubt::Doubt;
+use super::inputs::PARTNER_SPEED;
 use crate::quantity::Quantity;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -76,6 +77,12 @@ pub struct ByAxis<T> {
     pub mid: Option<T>,
     /// At the front axis.
     pub front: Option<T>,
+}
+
+impl<T> ByAxis<T> {
+    pub(super) fn of(each: impl Fn(Axis) -> Option<T>) -> Self {
+        Self { mid: each(Axis::Mid), front: each(Axis::Front) }
+    }
 }
 
 /// The straight line of Kr against wn_off^2.
@@ -224,6 +231,11 @@ pub struct Table {
 }
 
 impl Budget {
+    pub(super) fn shares(&mut self) -> [&mut f64; 7] {
+        let Self { repeatability, fit, inertia, air_density, wind_speed, geometry, clock } = self;
+        [repeatability, fit, inertia, air_density, wind_speed, geometry, clock]
+    }
+
     /// Each source with its contribution, the largest kinds of campaigns first.
     pub fn sources(&self) -> [(&'static str, f64); 7] {
         let Self { repeatability, fit, inertia, air_density, wind_speed, geometry, clock } = *self;
@@ -246,7 +258,8 @@ impl Table {
         let is_its = |r: &&ReleaseRow| {
             let off = r.wind_speed_m_s - speed;
             let is_off = r.wind_speed_m_s == 0.0 && r.at.serves(&point.at);
-            r.spring == point.spring && (is_off || off.abs() < 0.05 * speed && r.at == point.at)
+            r.spring == point.spring
+                && (is_off || off.abs() < PARTNER_SPEED * speed && r.at == point.at)
         };
         self.releases.iter().filter(is_its).collect()
     }

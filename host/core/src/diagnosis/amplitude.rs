@@ -9,7 +9,7 @@ use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::identify::windows::Window;
 use crate::quantity::Quantity;
-use crate::record::{Derivative, Said};
+use crate::record::Said;
 use serde::{Deserialize, Serialize};
 
 /// A window of three cycles, as it was measured or as a model predicts it.
@@ -87,23 +87,14 @@ pub fn picture(decay: &FreeDecay, models: &[(&str, &Fitted)]) -> AmplitudePictur
 
 fn points(decay: &FreeDecay, yaw_rad: &[f64]) -> Vec<AmplitudePoint> {
     let derivative = decay.measurand.derivative();
-    let of = |w: &Window| AmplitudePoint::of(w, derivative);
+    let of = |w: &Window| AmplitudePoint {
+        time_s: 0.5 * (w.from_s + w.to_s),
+        amplitude_deg: w.motion_amplitude_deg(derivative),
+        natural_frequency_rad_s: Quantity::new(w.natural_frequency_rad_s, w.natural_frequency_u),
+        damping_ratio: Quantity::new(w.damping_ratio, w.damping_ratio_u),
+        midline_deg: Quantity::new(w.midline_deg, w.midline_u_deg),
+    };
     windows_of(decay, yaw_rad).iter().map(of).collect()
-}
-
-impl AmplitudePoint {
-    fn of(w: &Window, derivative: Derivative) -> Self {
-        Self {
-            time_s: 0.5 * (w.from_s + w.to_s),
-            amplitude_deg: w.motion_amplitude_deg(derivative),
-            natural_frequency_rad_s: Quantity::new(
-                w.natural_frequency_rad_s,
-                w.natural_frequency_u,
-            ),
-            damping_ratio: Quantity::new(w.damping_ratio, w.damping_ratio_u),
-            midline_deg: Quantity::new(w.midline_deg, w.midline_u_deg),
-        }
-    }
 }
 
 #[cfg(test)]
@@ -144,14 +135,11 @@ mod tests {
 
     #[test]
     fn the_right_effect_foretells_what_is_measured_and_a_second_order_model_does_not() {
-        for (hidden, effect, of) in [
-            (
-                "coulomb_friction:c=0.05",
-                Effect::CoulombFriction,
-                damping as fn(&AmplitudePoint) -> Quantity,
-            ),
-            ("cubic_stiffness:k3=20", Effect::CubicStiffness, frequency),
-        ] {
+        let friction = ("coulomb_friction:c=0.05", Effect::CoulombFriction);
+        let stiffness = ("cubic_stiffness:k3=20", Effect::CubicStiffness);
+        let damping: fn(&AmplitudePoint) -> Quantity = |p| p.damping_ratio;
+        let frequency: fn(&AmplitudePoint) -> Quantity = |p| p.natural_frequency_rad_s;
+        for ((hidden, effect), of) in [(friction, damping), (stiffness, frequency)] {
             let decay = decay(hidden);
             let plain = fit_plain(&decay, false, decay.yaw_rad.len());
             let with = fit_added(&decay, &plain, &effect);
@@ -161,14 +149,6 @@ mod tests {
             println!("{hidden}: within three standard uncertainties {without:.2} without, {with:.2} with");
             assert!(without < 0.7 && with > 0.95, "{hidden}: {without} {with}");
         }
-    }
-
-    fn damping(p: &AmplitudePoint) -> Quantity {
-        p.damping_ratio
-    }
-
-    fn frequency(p: &AmplitudePoint) -> Quantity {
-        p.natural_frequency_rad_s
     }
 
     #[test]

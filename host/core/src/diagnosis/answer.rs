@@ -1,5 +1,6 @@
 //! The options of a diagnosis, and what it answers.
 
+use crate::derivatives::campaign::ReleaseEntry;
 use crate::derivatives::table::Point;
 use crate::diagnosis::compare::Where;
 use crate::diagnosis::origin::Origin;
@@ -220,6 +221,13 @@ pub struct Condition {
     pub axis: Axis,
     /// 0: wind off.
     pub wind_speed_m_s: f64,
+}
+
+impl Condition {
+    pub(super) fn of(release: &ReleaseEntry) -> Self {
+        let ReleaseEntry { spring, axis, wind_speed_m_s, .. } = release;
+        Self { spring: spring.clone(), axis: *axis, wind_speed_m_s: *wind_speed_m_s }
+    }
 }
 
 /// The size of an effect in one condition.

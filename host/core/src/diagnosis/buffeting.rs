@@ -13,19 +13,18 @@ use crate::fit::free_decay::FreeDecay;
 use crate::motion::oscillator::Grid;
 use crate::motion::random::Step;
 use crate::quantity::Quantity;
+use crate::spectrum::power;
 use crate::statistics::of_chi_squared;
 
 /// A free decay under random forcing.
 #[derive(Clone, Debug)]
 pub(crate) struct Buffeted {
-    pub(crate) natural_frequency_rad_s: f64,
-    pub(crate) damping_ratio: f64,
+    /// As all uncertainties of it from the curvature of the likelihood.
+    pub(crate) modal: Modal,
     /// rad2/s3.
-    pub(crate) intensity: f64,
+    pub(crate) intensity: Quantity,
     /// Intensity over the variance of the noise of one of the swing's means.
     pub(crate) ratio: f64,
-    /// Standard uncertainties of ln q, wn and zeta from the curvature of the likelihood.
-    pub(crate) deviations: [f64; 3],
     /// Minus twice the log likelihood, on the scale of n ln(residual sum of squares / n).
     pub(crate) deviance: f64,
     /// Rms of the innovations over their expected one at the noise floor: 1 if explained.
@@ -41,16 +40,6 @@ pub(crate) struct Buffeted {
     pub(crate) line: f64,
     /// Dependence of the innovations on the state, in standard deviations.
     pub(crate) state_dependence: f64,
-}
-
-impl Buffeted {
-    pub(crate) fn modal(&self) -> Modal {
-        let [_, u_wn, u_zeta] = self.deviations;
-        Modal {
-            natural_frequency_rad_s: Quantity::new(self.natural_frequency_rad_s, u_wn),
-            damping_ratio: Quantity::new(self.damping_ratio, u_zeta),
-        }
-    }
 }
 
 /// Parts of a record that must agree, and the cycles that each has to hold: in fewer the forcing, three
@@ -240,7 +229,8 @@ fn fit_series(
     let power: f64 = run.innovations.iter().map(|v| v * v).sum();
     let deviation = (power / run.innovations.len() as f64).sqrt();
     let largest = run.innovations.iter().fold(0.0, |m: f64, v| m.max(v.abs())) / deviation;
-    let deviations = [0, 1, 2].map(|i| {
+    // Of ln q, wn over that of the model, and zeta.
+    let [u_ln_q, u_wn, u_zeta] = [0, 1, 2].map(|i| {
         let h = [0.05, 1e-5, 1e-5][i];
         let moved = |s: f64| {
             let mut q = p;
@@ -250,12 +240,14 @@ fn fit_series(
         let curvature = (moved(1.0) - 2.0 * value(&p) + moved(-1.0)) / (h * h);
         (2.0 / curvature.max(f64::MIN_POSITIVE)).sqrt()
     });
+    let intensity = p[0].exp() * noise;
     Some(Buffeted {
-        natural_frequency_rad_s: wn * (1.0 + p[1]),
-        damping_ratio: p[2],
-        intensity: p[0].exp() * noise,
+        modal: Modal {
+            natural_frequency_rad_s: Quantity::new(wn * (1.0 + p[1]), u_wn * wn),
+            damping_ratio: Quantity::new(p[2], u_zeta),
+        },
+        intensity: Quantity::new(intensity, intensity * u_ln_q),
         ratio: p[0].exp() / means_per_block as f64,
-        deviations: [deviations[0], deviations[1] * wn, deviations[2]],
         deviance: run.deviance,
         over_noise: (run.noise_variance / noise).sqrt(),
         correlation_off: lag / power - (lag / power).clamp(0.0, expected.max(0.0)),
@@ -268,12 +260,7 @@ fn fit_series(
 
 /// Largest power in the spectrum over the mean one.
 fn strongest_line(innovations: &[f64]) -> f64 {
-    let fft = realfft::RealFftPlanner::<f64>::new().plan_fft_forward(innovations.len());
-    let mut spectrum = fft.make_output_vec();
-    if fft.process(&mut innovations.to_vec(), &mut spectrum).is_err() {
-        return 0.0;
-    }
-    let power: Vec<f64> = spectrum[1..].iter().map(|c| c.norm_sqr()).collect();
+    let power = &power(innovations.to_vec())[1..];
     let mean = power.iter().sum::<f64>() / power.len().max(1) as f64;
     power.iter().fold(0.0, |m: f64, p| m.max(*p)) / mean.max(f64::MIN_POSITIVE)
 }

@@ -15,7 +15,6 @@ use crate::error::Result;
 use crate::fit::at_amplitude::with_discrepancy;
 use crate::fit::fitting::{polished, Fitted};
 use crate::fit::free_decay::FreeDecay;
-use crate::quantity::Quantity;
 use crate::record::Record;
 use std::collections::BTreeMap;
 use std::slice::from_ref;
@@ -136,8 +135,7 @@ fn buffeted_verdict(
 ) -> Diagnosis {
     let plain = &start.plain;
     let random_step = |added: Effect, b: &Buffeted| {
-        let intensity = Quantity::new(b.intensity, b.intensity * b.deviations[0]);
-        let parameters = BTreeMap::from([(Effect::random().first_name(), intensity)]);
+        let parameters = BTreeMap::from([(Effect::random().first_name(), b.intensity)]);
         let rms_deg = decay.raw_rms_deg(b.over_noise * decay.noise_rad);
         Step::of_innovations(added, rms_deg, b.over_noise, parameters)
     };
@@ -181,7 +179,7 @@ fn buffeted_verdict(
     release.is_filtered(decay, forcing.over_noise);
     release.parameters = diagnosis.steps.last().expect("a step").parameters.clone();
     if forced.is_none() {
-        release.has_no_definite_model(b.modal());
+        release.has_no_definite_model(b.modal);
     }
     diagnosis.modal = Some(release.modal);
     diagnosis.is_filtered(status, name_of(&plain.structure.effects));

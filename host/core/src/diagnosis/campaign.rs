@@ -1,143 +1,98 @@
-//! The verdict on a campaign: which effects its releases need together, where each comes from, and what it
-//! does to the derivatives.
+//! What only the verdict on a campaign says: where each effect comes from, random forcing release by release,
+//! and what the effects do to the derivatives.
 
 use crate::at_once::AtOnce;
-use crate::derivatives::campaign::Campaign as Made;
-use crate::derivatives::condition::{settings, Identified};
+use crate::derivatives::condition::Identified;
 use crate::derivatives::table::Point;
 use crate::derivatives::Computed;
-use crate::diagnosis::answer::{
-    BeforeAndAfter, Coefficient, Condition, Diagnosed, Diagnosis, HeldOut, Options, Status, Step,
-};
-use crate::diagnosis::buffeting::Buffeted;
-use crate::diagnosis::campaign_fit::{Campaign, Shared, SharedEffect};
+use crate::diagnosis::answer::{BeforeAndAfter, Coefficient, Condition, Diagnosis};
+use crate::diagnosis::buffeting::{self, Buffeted};
+use crate::diagnosis::campaign_fit::Campaign;
+use crate::diagnosis::likelihood::are_explained;
 use crate::diagnosis::origin::{self, Origin, Plan};
-use crate::diagnosis::releases::{self, ReleaseAnswers, Releases};
-use crate::diagnosis::verdict::{Chosen, SECOND_ORDER};
+use crate::diagnosis::releases::ReleaseAnswers;
+use crate::diagnosis::several_fit::{SharedEffect, Source, Together};
+use crate::diagnosis::verdict::SECOND_ORDER;
 use crate::effects::Effect;
 use crate::error::Result;
-use crate::fit::fitting::{Fitted, Modal, Structure};
+use crate::fit::fitting::{Fitted, Modal};
 use crate::fit::free_decay::FreeDecay;
 use crate::identify::{identify, Method, Settings};
 use crate::quantity::Quantity;
-use crate::record::Record;
 use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Standard deviation of ln q beyond which nothing is known of it.
 const MOST_LOG_DEVIATION: f64 = 3.0;
 
-pub(super) fn of_campaign(made: &Made, records: &[Record], options: &Options) -> Result<Diagnosed> {
-    let wind_speed_m_s = made.release.iter().map(|r| r.wind_speed_m_s).collect();
-    let mut releases = Releases::of(records, wind_speed_m_s, options)?;
-    let options = &options.of(&releases.decays[0]);
-    let structure = Structure { zero_unknown: options.zero_unknown, ..Structure::default() };
-    let judged = releases::judge(records, &mut releases, &structure, options)?;
-    let campaign = Campaign { made, settings: settings(made), records, releases: &releases };
-    let model = |model| {
-        let shared = campaign.shared(model)?;
-        let step = campaign.step(&shared);
-        releases.check().map(|()| (shared, step))
-    };
-    let models: Vec<(Shared, (HeldOut, Step))> =
-        judged.path.iter().map(model).collect::<Result<_>>()?;
-    let (shared, steps): (Vec<Shared>, Vec<(HeldOut, Step)>) = models.into_iter().unzip();
-    let forced = campaign.randomly_forced(&judged, shared.last().expect("a model"));
-    let diagnosis = campaign.verdict(&judged, &shared, steps, forced)?;
-    let mut path: Vec<Vec<Fitted>> = shared.into_iter().map(|model| model.joint.fits).collect();
-    if diagnosis.effects.iter().any(Effect::is_random) {
-        path.truncate(1);
-    }
-    Ok(Diagnosed { diagnosis, decays: releases.decays, singles: Vec::new(), path })
-}
-
 impl Campaign<'_> {
-    fn verdict(
-        &self,
-        judged: &ReleaseAnswers,
-        shared: &[Shared],
-        steps: Vec<(HeldOut, Step)>,
-        forced: Option<Vec<Buffeted>>,
-    ) -> Result<Diagnosis> {
-        let held_out = steps[0].0;
-        let mut steps: Vec<Step> = steps.into_iter().map(|s| s.1).collect();
-        // A release from a small angle need not predict one from a large: then a smaller model does so better.
-        let mut least = f64::INFINITY;
-        for step in &mut steps {
-            least = least.min(step.held_out_over_noise);
-            step.held_out_over_noise = least;
+    /// Random forcing of each release beside its plain model, where most name it and the effects of the
+    /// `last` do not explain them.
+    fn forcing(&self, judged: &ReleaseAnswers, last: &Together) -> Option<Vec<Buffeted>> {
+        let explained = are_explained(&last.joint.fits, self.decays) && last.shared.len() < 2;
+        if explained || !judged.alone.mostly(&Effect::random()) {
+            return None;
         }
-        let last = shared.last().expect("a model");
-        let plain = &shared[0].joint.fits;
-        let effects: Vec<Effect> = last.effects.iter().map(|e| e.effect.clone()).collect();
-        let chosen = Chosen {
-            status: None,
-            indistinguishable: judged.alone.indistinguishable(&effects),
-            effects,
-            held_out,
-            steps,
-            candidates: judged.alone.candidates(),
-            model: SECOND_ORDER,
-        };
-        let entries = &self.made.release;
-        let files: Vec<String> = entries.iter().map(|entry| entry.file.clone()).collect();
-        let models: [&[Fitted]; 2] = [plain, &last.joint.fits];
-        let mut out = Diagnosis::of(&files, &self.releases.decays, models, chosen);
-        for (release, entry) in out.releases.iter_mut().zip(entries) {
-            release.condition = Some(Condition {
-                spring: entry.spring.clone(),
-                axis: entry.axis,
-                wind_speed_m_s: entry.wind_speed_m_s,
-            });
-        }
-        match &forced {
-            Some(forced) => self.add_forced(&mut out, forced),
-            None => last.effects.iter().for_each(|effect| out.add(effect)),
-        }
-        let before = self.points(&self.linear(plain)?);
-        let after = match out.effects.is_empty() {
-            true => before.clone(),
-            false => self.points(&self.identified(out.releases.iter().map(|r| r.modal))),
-        };
-        out.derivatives = before.zip(after).map(|(before, after)| BeforeAndAfter { before, after });
-        Ok(out)
+        let each = self.decays.iter().zip(&judged.path[0].fits);
+        each.map_at_once(|(decay, plain)| buffeting::fit(decay, plain)).collect()
     }
 
     /// The verdict that a random moment moves the model.
-    fn add_forced(&self, out: &mut Diagnosis, forced: &[Buffeted]) {
+    fn add_random(&self, found: &mut Diagnosis, forcing: &[Buffeted]) {
         let effect = Effect::random();
         // Where there is none the likelihood is flat in ln q, and gives no deviation.
-        let intensity = |i: usize| {
-            let q = forced[i].intensity;
-            Some(Quantity::new(q, q * forced[i].deviations[0].min(MOST_LOG_DEVIATION)))
-        };
-        let seen = self.by_condition(intensity);
+        let limited = |q: Quantity| Quantity::new(q.value, q.u.min(MOST_LOG_DEVIATION * q.value));
+        let intensity: Vec<Quantity> = forcing.iter().map(|f| limited(f.intensity)).collect();
+        let seen = self.by_condition(|i| Some(intensity[i]));
         let (origin, reason) = origin::decide(&seen, &effect.parameters()[0].unit);
-        let plan = Plan::of_all(origin, forced.iter().map(|_| true)).of_each();
-        let decays = &self.releases.decays;
-        for (i, (release, b)) in out.releases.iter_mut().zip(forced).enumerate() {
-            release.is_filtered(&decays[i], b.over_noise);
-            release.has_no_definite_model(b.modal());
-            release.parameters =
-                intensity(i).map(|q| (effect.first_name(), q)).into_iter().collect();
+        let plan = Plan::of_all(origin, forcing.iter().map(|_| true)).of_each();
+        let each = found.releases.iter_mut().zip(self.decays);
+        for ((release, decay), (forcing, q)) in each.zip(forcing.iter().zip(&intensity)) {
+            release.is_filtered(decay, forcing.over_noise);
+            release.has_no_definite_model(forcing.modal);
+            release.parameters = BTreeMap::from([(effect.first_name(), *q)]);
         }
         // The plain mean over the releases it is in: weights by its own uncertainty would favour the weakest.
-        let is_in =
-            |i: &usize| origin != Origin::Aerodynamic || self.releases.wind_speed_m_s[*i] > 0.0;
-        let levels: Vec<Quantity> = (0..forced.len()).filter(is_in).filter_map(intensity).collect();
+        let is_in = |wind_speed_m_s: f64| origin != Origin::Aerodynamic || wind_speed_m_s > 0.0;
+        let each = intensity.iter().zip(self.decays);
+        let levels = each.filter(|(_, decay)| is_in(decay.wind_speed_m_s)).map(|(q, _)| q);
+        let levels: Vec<&Quantity> = levels.collect();
         let n = levels.len().max(1) as f64;
         let level = Quantity::new(
             levels.iter().map(|q| q.value).sum::<f64>() / n,
             levels.iter().map(|q| q.u * q.u).sum::<f64>().sqrt() / n,
         );
-        out.effects = vec![effect.clone()];
-        out.indistinguishable.clear();
-        let explained = out.releases.iter().all(|r| r.explained);
-        let status = if explained { Status::Explained } else { Status::Unexplained };
-        out.is_filtered(status, SECOND_ORDER);
-        out.steps.truncate(1);
-        out.is_forced(BTreeMap::from([(effect.first_name(), level)]));
-        out.add(&SharedEffect { effect, origin, reason, plan, seen });
+        found.effects = vec![effect.clone()];
+        found.indistinguishable.clear();
+        found.steps.truncate(1);
+        let explained = found.releases.iter().all(|r| r.explained);
+        found.is_forced(explained, BTreeMap::from([(effect.first_name(), level)]), SECOND_ORDER);
+        found.add(&SharedEffect { effect, plan, source: Some(Source { origin, reason, seen }) });
+    }
+
+    /// Where the effects come from, each release's condition, and the derivatives by the `plain` model and by
+    /// that of the verdict.
+    pub(super) fn complete(
+        &self,
+        found: &mut Diagnosis,
+        judged: &ReleaseAnswers,
+        [plain, last]: [&Together; 2],
+    ) -> Result<()> {
+        match self.forcing(judged, last) {
+            Some(forcing) => self.add_random(found, &forcing),
+            None => last.shared.iter().for_each(|shared| found.add(shared)),
+        }
+        for (release, entry) in found.releases.iter_mut().zip(&self.made.release) {
+            release.condition = Some(Condition::of(entry));
+        }
+        let before = self.points(&self.linear(&plain.joint.fits)?);
+        let after = match found.effects.is_empty() {
+            true => before.clone(),
+            false => self.points(&self.identified(found.releases.iter().map(|r| r.modal))),
+        };
+        found.derivatives =
+            before.zip(after).map(|(before, after)| BeforeAndAfter { before, after });
+        Ok(())
     }
 
     /// Each release as `derivatives` takes it, so that both say the same; where least squares has no answer,
@@ -145,7 +100,7 @@ impl Campaign<'_> {
     fn linear(&self, plain: &[Fitted]) -> Result<Vec<Identified>> {
         let fitted = self.identified(plain.iter().map(Fitted::modal));
         let found = self.records.iter().zip(fitted).map_at_once(|(record, fitted)| {
-            self.releases.check()?;
+            self.decays[0].stop.check()?;
             let found = identify(record, &[Method::LeastSquares], &Settings::default()).ok();
             Ok(found.and_then(Identified::of).unwrap_or(fitted))
         });
@@ -160,7 +115,7 @@ impl Campaign<'_> {
             let Modal { natural_frequency_rad_s, damping_ratio } = modal;
             Identified::new(natural_frequency_rad_s, damping_ratio, begun_s, ended_s)
         };
-        modal.zip(&self.releases.decays).map(of).collect()
+        modal.zip(self.decays).map(of).collect()
     }
 
     /// The derivatives with these wn and zeta; `None` where there is no point to compute. Coefficients that
@@ -172,18 +127,19 @@ impl Campaign<'_> {
 }
 
 impl Diagnosis {
-    fn add(&mut self, shared: &SharedEffect) {
-        let id = shared.effect.to_string();
-        let parameter = &shared.effect.parameters()[0];
-        self.origin.insert(id.clone(), shared.origin);
-        self.origin_reason.insert(id.clone(), shared.reason.clone());
-        self.sharing.insert(id.clone(), shared.plan.name);
-        let rows = shared.seen.iter().map(|seen| Coefficient {
-            condition: Condition {
-                spring: seen.spring.clone(),
-                axis: seen.axis,
-                wind_speed_m_s: seen.wind_speed_m_s,
-            },
+    /// Said which releases share an effect that is named, and of a campaign where it comes from.
+    pub(super) fn add(&mut self, SharedEffect { effect, plan, source }: &SharedEffect) {
+        if !self.effects.contains(effect) {
+            return;
+        }
+        let id = effect.to_string();
+        self.sharing.insert(id.clone(), plan.name);
+        let Some(Source { origin, reason, seen }) = source else { return };
+        self.origin.insert(id.clone(), *origin);
+        self.origin_reason.insert(id.clone(), reason.clone());
+        let parameter = &effect.parameters()[0];
+        let rows = seen.iter().map(|seen| Coefficient {
+            condition: seen.condition.clone(),
             name: parameter.name.to_string(),
             unit: parameter.unit.to_string(),
             quantity: seen.coefficient,

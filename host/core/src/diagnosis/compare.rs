@@ -4,17 +4,18 @@ use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::quantity::Quantity;
 use crate::record::Measurand;
+use crate::spectrum::power;
+use crate::statistics::rms;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::ops::Range;
 
 const TIME_BINS: usize = 20;
+/// From zero to the largest angle or rate; of a cut on each side of zero.
 const AMPLITUDE_BINS: usize = 8;
 /// Cells of the phase plane on each side of zero.
 const PHASE_CELLS: i32 = 4;
-/// Cells of a cut on each side of zero, and how far from it a state may be: tangent of the angle in the
-/// plane.
-const CUT_CELLS: i32 = 8;
+/// How far from a cut a state may be: tangent of the angle in the plane.
 const CUT_WIDTH: f64 = 0.25;
 const FREQUENCY_BINS: usize = 24;
 /// Highest frequency of the residual's spectrum shown, in multiples of the natural frequency.
@@ -167,26 +168,15 @@ pub fn locate_within(decay: &FreeDecay, model: &Fitted, part: Range<usize>) -> W
     }
 }
 
-fn rms_deg(measurand: &Measurand, values: impl Iterator<Item = f64>) -> Option<f64> {
-    let (mut n, mut sum) = (0.0, 0.0);
-    for v in values {
-        n += 1.0;
-        sum += v * v;
-    }
-    (n > 0.0).then(|| measurand.shown(f64::sqrt(sum / n)))
-}
-
 fn time(decay: &FreeDecay, start_s: f64, residual: &[f64]) -> Vec<TimeBin> {
     let width = residual.len().div_ceil(TIME_BINS).max(1);
     residual
         .chunks(width)
         .enumerate()
-        .filter_map(|(i, chunk)| {
-            Some(TimeBin {
-                from_s: start_s + decay.grid.step_s * (i * width) as f64,
-                to_s: start_s + decay.grid.step_s * (i * width + chunk.len()) as f64,
-                rms_deg: rms_deg(&decay.measurand, chunk.iter().copied())?,
-            })
+        .map(|(i, chunk)| TimeBin {
+            from_s: start_s + decay.grid.step_s * (i * width) as f64,
+            to_s: start_s + decay.grid.step_s * (i * width + chunk.len()) as f64,
+            rms_deg: decay.measurand.shown(rms(chunk.iter().copied())),
         })
         .collect()
 }
@@ -199,17 +189,18 @@ fn amplitude(
     wn: f64,
 ) -> Vec<AmplitudeBin> {
     let size: Vec<f64> = yaw.iter().zip(rate).map(|(b, r)| b.hypot(r / wn)).collect();
-    let largest = size.iter().copied().fold(0.0, f64::max);
+    let largest = largest(&size);
     let edge = |k: usize| largest * k as f64 / AMPLITUDE_BINS as f64;
     (0..AMPLITUDE_BINS)
         .filter_map(|k| {
             let inside = |a: f64| a > edge(k) && a <= edge(k + 1);
             let values = residual.iter().zip(&size).filter(|(_, a)| inside(**a)).map(|(r, _)| *r);
-            Some(AmplitudeBin {
+            let bin = AmplitudeBin {
                 from_deg: measurand.shown(edge(k)),
                 to_deg: measurand.shown(edge(k + 1)),
-                rms_deg: rms_deg(measurand, values)?,
-            })
+                rms_deg: measurand.shown(rms(values)),
+            };
+            (!bin.rms_deg.is_nan()).then_some(bin)
         })
         .collect()
 }
@@ -295,12 +286,13 @@ fn cut(
         let (across, along) = split(s);
         across.abs() < CUT_WIDTH * along.abs()
     };
-    let mut cells = vec![Vec::<(f64, f64)>::new(); (2 * CUT_CELLS + 1) as usize];
+    let most = AMPLITUDE_BINS as i32;
+    let mut cells = vec![Vec::<(f64, f64)>::new(); 2 * AMPLITUDE_BINS + 1];
     for passage in states.chunk_by(|a, b| inside(a) == inside(b)).filter(|c| inside(&c[0])) {
         let n = passage.len() as f64;
         let along = passage.iter().map(|s| split(s).1).sum::<f64>() / n;
         let moment = passage.iter().map(|s| s.moment_rad_s2).sum::<f64>() / n;
-        cells[(cell(along, along_max, CUT_CELLS) + CUT_CELLS) as usize].push((along, moment));
+        cells[(cell(along, along_max, most) + most) as usize].push((along, moment));
     }
     let mean = |passages: Vec<(f64, f64)>| {
         let n = passages.len() as f64;
@@ -318,13 +310,7 @@ fn largest(values: &[f64]) -> f64 {
 
 fn frequency(decay: &FreeDecay, residual: &[f64]) -> Vec<FrequencyBin> {
     let n = residual.len();
-    let fft = realfft::RealFftPlanner::<f64>::new().plan_fft_forward(n);
-    let mut input = residual.to_vec();
-    let mut spectrum = fft.make_output_vec();
-    if fft.process(&mut input, &mut spectrum).is_err() {
-        return Vec::new();
-    }
-    let power: Vec<f64> = spectrum.iter().map(|c| c.norm_sqr()).collect();
+    let power = power(residual.to_vec());
     let total: f64 = power.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let spacing = 1.0 / (n as f64 * decay.grid.step_s);
     let width = HIGHEST * decay.frequency_rad_s / TAU / FREQUENCY_BINS as f64;

@@ -5,7 +5,6 @@ pub use crate::diagnosis::answer::{
     step, BeforeAndAfter, Candidate, Coefficient, Condition, Diagnosed, Diagnosis, HeldOut, Left,
     Options, ReleaseVerdict, Status, Step, FITTED_SHARE,
 };
-use crate::diagnosis::campaign::of_campaign;
 use crate::diagnosis::one::of_one;
 pub use crate::diagnosis::over_pieces::fit_over_pieces;
 use crate::diagnosis::several::of_several;
@@ -41,9 +40,8 @@ impl Default for Grouping<'_> {
 pub fn diagnose(releases: &[Record], grouping: &Grouping, options: &Options) -> Result<Diagnosed> {
     let found = match (grouping, releases) {
         (_, []) => Err(Error::NoRelease),
-        (Grouping::Campaign(made), _) => of_campaign(made, releases, options),
         (Grouping::Rig(_), [only]) => of_parts(only, options),
-        (Grouping::Rig(common), _) => of_several(releases, common, options),
+        _ => of_several(releases, grouping, options),
     }?;
     // What was cut short is no answer.
     options.stop.check()?;
@@ -66,7 +64,7 @@ fn of_parts(record: &Record, options: &Options) -> Result<Diagnosed> {
         return of_one(record, decay, options);
     }
     let common = Common { same_rig: true, own: Vec::new() };
-    let mut found = of_several(&parts, &common, options)?;
+    let mut found = of_several(&parts, &Grouping::Rig(common), options)?;
     let joined = Warning::Joined { record: record.name(), parts: parts.len() };
     found.decays[0].warnings.push(joined);
     Ok(found)

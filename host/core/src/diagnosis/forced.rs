@@ -7,7 +7,7 @@ use crate::bic::MARGIN;
 use crate::diagnosis::buffeting::{self, Buffeted};
 use crate::diagnosis::likelihood::{explained_up_to, BREADTH};
 use crate::effects::Effect;
-use crate::fit::fitting::{Fitted, Structure};
+use crate::fit::fitting::{Fitted, Modal, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::linear_gain::gain_of_step;
 use crate::fit::problem::{problem_of_one, JointProblem, Release, EVALUATIONS};
@@ -80,8 +80,8 @@ struct Known<'a> {
 }
 
 fn whitener(decay: &FreeDecay, forcing: &Buffeted) -> Option<Whitener> {
-    let Buffeted { natural_frequency_rad_s, damping_ratio, ratio, .. } = *forcing;
-    Whitener::new(&decay.grid, natural_frequency_rad_s, damping_ratio, ratio)
+    let Modal { natural_frequency_rad_s: wn, damping_ratio: zeta } = forcing.modal;
+    Whitener::new(&decay.grid, wn.value, zeta.value, forcing.ratio)
 }
 
 /// Angle and rate of `model` at each instant of `decay`.

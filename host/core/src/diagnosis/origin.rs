@@ -1,10 +1,10 @@
 //! Where an effect comes from: the rig, the air, or undecided; and which releases share its coefficient.
 
 use crate::derivatives::condition::is_same_speed;
-use crate::quantity::{Quantity, CHANCE};
+use crate::diagnosis::answer::Condition;
+use crate::quantity::{chi_squared, weighted_mean, Quantity, CHANCE};
 use serde::Serialize;
 use std::fmt;
-use yawrig_shared::axis::Axis;
 
 /// A coefficient this many standard uncertainties from zero is there.
 const THERE: f64 = 5.0;
@@ -37,48 +37,28 @@ impl fmt::Display for Origin {
 }
 
 /// An effect's coefficient in one condition.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Seen {
-    pub(crate) spring: String,
-    pub(crate) axis: Axis,
-    /// 0: wind off.
-    pub(crate) wind_speed_m_s: f64,
-    pub(crate) coefficient: Quantity,
+#[derive(Clone, Debug)]
+pub(super) struct Seen {
+    pub(super) condition: Condition,
+    pub(super) coefficient: Quantity,
 }
 
 impl Seen {
     fn is_on(&self) -> bool {
-        self.wind_speed_m_s > 0.0
+        self.condition.wind_speed_m_s > 0.0
     }
     fn is_partner(&self, other: &Self) -> bool {
-        self.spring == other.spring && self.axis == other.axis
+        let (a, b) = (&self.condition, &other.condition);
+        a.spring == b.spring && a.axis == b.axis
     }
-}
-
-/// Mean weighted by 1/u^2, of one value that value to the bit; `None` where nothing is known.
-pub(crate) fn weighted_mean(values: impl IntoIterator<Item = Quantity>) -> Option<Quantity> {
-    let mut known = values.into_iter().filter(|q| q.u > 0.0 && q.u.is_finite());
-    let first = known.next()?;
-    let (mut weights, mut off) = (1.0 / (first.u * first.u), 0.0);
-    let mut u = first.u;
-    for q in known {
-        let w = 1.0 / (q.u * q.u);
-        weights += w;
-        off += w * (q.value - first.value);
-        u = weights.sqrt().recip();
+    fn is_as_fast(&self, other: &Self) -> bool {
+        is_same_speed(self.condition.wind_speed_m_s, other.condition.wind_speed_m_s)
     }
-    Some(Quantity::new(first.value + off / weights, u))
 }
 
 /// Off and on of the same springs and axes, weighted by how well each pair's difference is known; and the
 /// difference, its uncertainty widened where the pairs scatter more than theirs.
-struct Paired {
-    off: Quantity,
-    on: Quantity,
-    difference: Quantity,
-}
-
-fn paired(seen: &[Seen]) -> Option<Paired> {
+fn paired(seen: &[Seen]) -> Option<[Quantity; 3]> {
     let pairs: Vec<(Quantity, Quantity)> = seen
         .iter()
         .filter(|on| on.is_on())
@@ -87,7 +67,7 @@ fn paired(seen: &[Seen]) -> Option<Paired> {
                 .filter(|off| !off.is_on() && off.is_partner(on))
                 .map(|off| (off.coefficient, on.coefficient))
         })
-        .filter(|(off, on)| off.u.hypot(on.u) > 0.0 && off.u.hypot(on.u).is_finite())
+        .filter(|(off, on)| Quantity::new(0.0, off.u.hypot(on.u)).is_known())
         .collect();
     let weights: Vec<f64> =
         pairs.iter().map(|(off, on)| 1.0 / (off.u * off.u + on.u * on.u)).collect();
@@ -107,11 +87,11 @@ fn paired(seen: &[Seen]) -> Option<Paired> {
         .sum();
     let freedom = pairs.len().saturating_sub(1).max(1) as f64;
     let u = total.sqrt().recip() * (chi / freedom).sqrt().max(1.0);
-    (!pairs.is_empty()).then(|| Paired { off, on, difference: Quantity::new(value, u) })
+    (!pairs.is_empty()).then(|| [off, on, Quantity::new(value, u)])
 }
 
 /// Where an effect with these coefficients comes from, and why.
-pub(crate) fn decide(seen: &[Seen], unit: &str) -> (Origin, String) {
+pub(super) fn decide(seen: &[Seen], unit: &str) -> (Origin, String) {
     let undecided = |why: String| (Origin::Undecided, why);
     if seen.iter().all(|s| s.is_on()) {
         return undecided("there is no release with the wind off".into());
@@ -119,7 +99,7 @@ pub(crate) fn decide(seen: &[Seen], unit: &str) -> (Origin, String) {
     if !seen.iter().any(Seen::is_on) {
         return undecided("there is no release with the wind on".into());
     }
-    let Some(Paired { off, on, difference }) = paired(seen) else {
+    let Some([off, on, difference]) = paired(seen) else {
         return undecided("no spring and axis was released with the wind off and on".into());
     };
     let is_there = |q: Quantity| q.value.abs() > THERE * q.u;
@@ -130,10 +110,12 @@ pub(crate) fn decide(seen: &[Seen], unit: &str) -> (Origin, String) {
     if is_absent && is_there(on) {
         return match growth(seen) {
             None => (Origin::Aerodynamic, format!("{both}; one wind speed: growth is not tested")),
-            Some(growth) if growth.grows => {
+            Some((true, growth)) => {
                 (Origin::Aerodynamic, format!("{both}; it grows with speed: {growth}"))
             }
-            Some(growth) => undecided(format!("{both}; but it does not grow with speed: {growth}")),
+            Some((false, growth)) => {
+                undecided(format!("{both}; but it does not grow with speed: {growth}"))
+            }
         };
     }
     if !is_there(off) {
@@ -146,71 +128,54 @@ pub(crate) fn decide(seen: &[Seen], unit: &str) -> (Origin, String) {
     undecided(format!("{both}: there in both, but not the same ({change:+.1} %)"))
 }
 
-/// The coefficient at the lowest and at the highest wind speed.
-struct Growth {
-    slow_m_s: f64,
-    slow: Quantity,
-    fast_m_s: f64,
-    fast: Quantity,
-    grows: bool,
-}
-
-impl fmt::Display for Growth {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { slow_m_s, slow, fast_m_s, fast, .. } = self;
-        write!(f, "{slow} at {slow_m_s:.3} m/s, {fast} at {fast_m_s:.3} m/s")
-    }
-}
-
-/// Over the springs and axes released at several speeds; `None` without one.
-fn growth(seen: &[Seen]) -> Option<Growth> {
+/// Whether the coefficient grows from the lowest to the highest wind speed, and both in words. Over the
+/// springs and axes released at several speeds; `None` without one.
+fn growth(seen: &[Seen]) -> Option<(bool, String)> {
     let several = |s: &&Seen| {
-        let other = |o: &Seen| {
-            o.is_on() && o.is_partner(s) && !is_same_speed(o.wind_speed_m_s, s.wind_speed_m_s)
-        };
+        let other = |o: &Seen| o.is_on() && o.is_partner(s) && !o.is_as_fast(s);
         s.is_on() && seen.iter().any(other)
     };
     let on: Vec<&Seen> = seen.iter().filter(several).collect();
-    let speeds = || on.iter().map(|s| s.wind_speed_m_s);
+    let speeds = || on.iter().map(|s| s.condition.wind_speed_m_s);
     let (slow_m_s, fast_m_s) =
         (speeds().fold(f64::INFINITY, f64::min), speeds().fold(0.0, f64::max));
     let at = |speed: f64| {
-        let same = on.iter().filter(|s| is_same_speed(s.wind_speed_m_s, speed));
+        let same = on.iter().filter(|s| is_same_speed(s.condition.wind_speed_m_s, speed));
         weighted_mean(same.map(|s| s.coefficient))
     };
     let (slow, fast) = (at(slow_m_s)?, at(fast_m_s)?);
     let grown = fast.value.abs() - slow.value.abs();
     let one_sign = fast.value * slow.value >= 0.0 || slow.value.abs() < CHANCE * slow.u;
     let grows = grown > CHANCE * fast.u.hypot(slow.u) && one_sign;
-    Some(Growth { slow_m_s, slow, fast_m_s, fast, grows })
+    Some((grows, format!("{slow} at {slow_m_s:.3} m/s, {fast} at {fast_m_s:.3} m/s")))
 }
 
 /// Which releases have one coefficient.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Plan {
+#[derive(Clone, Debug)]
+pub(super) struct Plan {
     /// In words.
-    pub(crate) name: &'static str,
+    pub(super) name: &'static str,
     /// Of each release; `None`: without the effect.
-    pub(crate) groups: Vec<Option<usize>>,
+    pub(super) groups: Vec<Option<usize>>,
 }
 
 /// The sharing where no two releases have a coefficient in common.
 pub(super) const OWN: &str = "each release its own";
 /// Those where all have one: of the rig, or of the wind.
-pub(super) const ONE: &str = "one for all releases";
+const ONE: &str = "one for all releases";
 const ONE_WIND_ON: &str = "one for all wind-on releases";
 
 impl Plan {
     /// One for all releases, or of an aerodynamic effect for those with the wind on. What belongs to a release
     /// is its own in any group.
-    pub(crate) fn of_all(origin: Origin, is_on: impl Iterator<Item = bool>) -> Self {
+    pub(super) fn of_all(origin: Origin, is_on: impl Iterator<Item = bool>) -> Self {
         let aerodynamic = origin == Origin::Aerodynamic;
         let groups = is_on.map(|is_on| (is_on || !aerodynamic).then_some(0)).collect();
         Self { name: if aerodynamic { ONE_WIND_ON } else { ONE }, groups }
     }
 
     /// The same releases with nothing in common.
-    pub(crate) fn of_each(&self) -> Self {
+    pub(super) fn of_each(&self) -> Self {
         let groups = self.groups.iter().enumerate().map(|(i, group)| group.map(|_| i)).collect();
         Self { name: OWN, groups }
     }
@@ -219,33 +184,31 @@ impl Plan {
 /// The fewest coefficients that tell the releases' own (in the order of `seen`, one for each) apart no worse
 /// than many do: sum of squared misfits over their uncertainties, and ln(`effective`) for each coefficient.
 /// An aerodynamic effect is left out of the wind-off releases.
-pub(crate) fn plan(origin: Origin, seen: &[Seen], effective: f64) -> Plan {
+pub(super) fn plan(origin: Origin, seen: &[Seen], effective: f64) -> Plan {
     let aerodynamic = origin == Origin::Aerodynamic;
     type Same = fn(&Seen, &Seen) -> bool;
     let levels: [(&str, &str, Same); 5] = [
         (ONE, ONE_WIND_ON, |_, _| true),
-        ("one for each axis", "one for each axis with the wind on", |a, b| a.axis == b.axis),
-        ("one for each wind speed", "one for each wind speed, none with it off", |a, b| {
-            is_same_speed(a.wind_speed_m_s, b.wind_speed_m_s)
+        ("one for each axis", "one for each axis with the wind on", |a, b| {
+            a.condition.axis == b.condition.axis
         }),
+        ("one for each wind speed", "one for each wind speed, none with it off", Seen::is_as_fast),
         (
             "one for each spring and axis",
             "one for each spring and axis with the wind on",
             Seen::is_partner,
         ),
         ("one for each condition", "one for each condition with the wind on", |a, b| {
-            a.is_partner(b) && is_same_speed(a.wind_speed_m_s, b.wind_speed_m_s)
+            a.is_partner(b) && a.is_as_fast(b)
         }),
     ];
     let cost = |groups: &[Option<usize>]| {
         let count = groups.iter().flatten().max().map_or(0, |g| g + 1);
         let misfit = (0..count).map(|g| {
-            let own = || seen.iter().zip(groups).filter(move |(_, k)| **k == Some(g));
-            let mean = weighted_mean(own().map(|(s, _)| s.coefficient)).map_or(0.0, |q| q.value);
-            own()
-                .filter(|(s, _)| s.coefficient.u > 0.0)
-                .map(|(s, _)| ((s.coefficient.value - mean) / s.coefficient.u).powi(2))
-                .sum::<f64>()
+            let its = seen.iter().zip(groups).filter(|(_, k)| **k == Some(g));
+            let its: Vec<Quantity> = its.map(|(s, _)| s.coefficient).collect();
+            let mean = weighted_mean(its.iter().copied()).map_or(0.0, |q| q.value);
+            chi_squared(its, mean)
         });
         crate::bic::of_deviance(misfit.sum(), effective, count)
     };
@@ -276,10 +239,11 @@ pub(crate) fn plan(origin: Origin, seen: &[Seen], effective: f64) -> Plan {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use yawrig_shared::axis::Axis;
 
     fn seen(spring: &str, axis: Axis, wind_speed_m_s: f64, value: f64, u: f64) -> Seen {
-        let coefficient = Quantity::new(value, u);
-        Seen { spring: spring.into(), axis, wind_speed_m_s, coefficient }
+        let condition = Condition { spring: spring.into(), axis, wind_speed_m_s };
+        Seen { condition, coefficient: Quantity::new(value, u) }
     }
 
     /// Off, at 10 m/s and at 14 m/s on two springs and both axes.
@@ -302,7 +266,7 @@ mod tests {
         assert_eq!(origin(&campaign(0.0, 0.1, 0.14, 0.002)), Origin::Aerodynamic);
         let one_speed: Vec<Seen> = campaign(0.0, 0.1, 0.0, 0.002)
             .into_iter()
-            .filter(|s| s.wind_speed_m_s < 14.0)
+            .filter(|s| s.condition.wind_speed_m_s < 14.0)
             .collect();
         assert_eq!(origin(&one_speed), Origin::Aerodynamic);
         // Not growing; in both but changed; too uncertain; off only; on only; never on one spring.
@@ -328,13 +292,15 @@ mod tests {
         let same = groups(Origin::Mechanical, &campaign(0.1, 0.1, 0.1, 0.002));
         assert!(same.groups.iter().all(|g| *g == Some(0)), "{same:?}");
         let mut axes = campaign(0.1, 0.1, 0.1, 0.001);
-        axes.iter_mut().filter(|s| s.axis == Axis::Front).for_each(|s| s.coefficient.value /= 1.2);
+        let front = axes.iter_mut().filter(|s| s.condition.axis == Axis::Front);
+        front.for_each(|s| s.coefficient.value /= 1.2);
         assert_eq!(groups(Origin::Mechanical, &axes).name, "one for each axis");
         let wind = groups(Origin::Aerodynamic, &campaign(0.0, 0.1, 0.14, 0.001));
         assert_eq!(wind.name, "one for each wind speed, none with it off");
         assert_eq!(wind.groups[..3], [None, Some(0), Some(1)]);
         let mut springs = campaign(0.1, 0.1, 0.1, 0.001);
-        springs.iter_mut().filter(|s| s.spring == "K5").for_each(|s| s.coefficient.value *= 3.0);
+        let soft = springs.iter_mut().filter(|s| s.condition.spring == "K5");
+        soft.for_each(|s| s.coefficient.value *= 3.0);
         assert_eq!(groups(Origin::Mechanical, &springs).name, "one for each spring and axis");
     }
 }

@@ -6,7 +6,6 @@ use crate::bic::{self, MARGIN};
 use crate::diagnosis::alone::Alone;
 use crate::diagnosis::answer::Options;
 use crate::diagnosis::likelihood::MOST_EFFECTS;
-use crate::diagnosis::origin::weighted_mean;
 use crate::diagnosis::search::sharpened;
 use crate::effects::{Acts, Effect};
 use crate::error::Result;
@@ -15,50 +14,39 @@ use crate::fit::fitting::{
 };
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::joint::{self, JointFit, Release, Sharing};
-use crate::quantity::Quantity;
+use crate::quantity::{chi_squared, weighted_mean, Quantity};
 use crate::record::{same_measurand, Record};
+use crate::statistics::weighted_rms;
+use crate::stop::Stop;
 
 /// So many releases are judged by themselves, those that the model explains worst that is there already.
 const JUDGED: usize = 8;
 
-/// The releases with the wind speed of each.
-pub(crate) struct Releases {
-    pub(crate) decays: Vec<FreeDecay>,
-    pub(crate) wind_speed_m_s: Vec<f64>,
-}
-
-impl Releases {
-    /// # Errors
-    /// Naming the record without a free decay.
-    pub(crate) fn of(
-        records: &[Record],
-        wind_speed_m_s: Vec<f64>,
-        options: &Options,
-    ) -> Result<Self> {
-        let one = |(record, wind_speed_m_s): (&Record, &f64)| {
-            let (wind_speed_m_s, stop) = (*wind_speed_m_s, options.stop.clone());
-            stop.check()?;
-            Ok(FreeDecay { wind_speed_m_s, stop, ..FreeDecay::of(record)? })
-        };
-        // Collected first, so that of several bad records always the first is named.
-        let decays: Vec<Result<FreeDecay>> =
-            records.iter().zip(&wind_speed_m_s).map_at_once(one).collect();
-        same_measurand(records)?;
-        Ok(Self { decays: decays.into_iter().collect::<Result<_>>()?, wind_speed_m_s })
-    }
-
-    /// # Errors
-    /// [`Error::Interrupted`](crate::error::Error::Interrupted) once somebody has asked for it.
-    pub(crate) fn check(&self) -> Result<()> {
-        self.decays.iter().try_for_each(|decay| decay.stop.check())
-    }
+/// The free decays of `records`, with the wind speed of each.
+///
+/// # Errors
+/// Naming the record without one; interrupted.
+pub(super) fn free_decays(
+    records: &[Record],
+    wind_speed_m_s: impl Iterator<Item = f64>,
+    stop: &Stop,
+) -> Result<Vec<FreeDecay>> {
+    let one = |(record, wind_speed_m_s): (&Record, f64)| {
+        stop.check()?;
+        Ok(FreeDecay { wind_speed_m_s, stop: stop.clone(), ..FreeDecay::of(record)? })
+    };
+    // Collected first, so that of several bad records always the first is named.
+    let each = records.iter().zip(wind_speed_m_s);
+    let decays: Vec<Result<FreeDecay>> = each.map_at_once(one).collect();
+    same_measurand(records)?;
+    decays.into_iter().collect()
 }
 
 /// One structure, each release with numbers of its own.
 #[derive(Clone)]
-pub(crate) struct ModelOfReleases {
-    pub(crate) effects: Vec<Effect>,
-    pub(crate) fits: Vec<Fitted>,
+pub(super) struct ModelOfReleases {
+    pub(super) effects: Vec<Effect>,
+    pub(super) fits: Vec<Fitted>,
 }
 
 impl ModelOfReleases {
@@ -68,9 +56,8 @@ impl ModelOfReleases {
     }
 
     /// The releases it explains worst.
-    fn worst(&self, releases: &Releases) -> Vec<usize> {
-        let over: Vec<f64> =
-            self.fits.iter().zip(&releases.decays).map(|(f, decay)| f.over_noise(decay)).collect();
+    fn worst(&self, decays: &[FreeDecay]) -> Vec<usize> {
+        let over: Vec<f64> = self.fits.iter().zip(decays).map(|(f, d)| f.over_noise(d)).collect();
         let mut all: Vec<usize> = (0..over.len()).collect();
         all.sort_by(|&a, &b| over[b].total_cmp(&over[a]));
         all.truncate(JUDGED);
@@ -79,59 +66,19 @@ impl ModelOfReleases {
     }
 }
 
-pub(crate) struct ReleaseAnswers {
-    pub(crate) alone: Alone,
+pub(super) struct ReleaseAnswers {
+    pub(super) alone: Alone,
     /// From the model that is there to the final one, an effect more each.
-    pub(crate) path: Vec<ModelOfReleases>,
+    pub(super) path: Vec<ModelOfReleases>,
 }
 
 /// Pooled rms of the residuals over each release's noise.
-pub(crate) fn over_noise<'a>(
+fn over_noise<'a>(
     fits: impl IntoIterator<Item = &'a Fitted>,
     decays: impl IntoIterator<Item = &'a FreeDecay>,
 ) -> f64 {
-    let (mut sum, mut n) = (0.0, 0.0);
-    for (fit, decay) in fits.into_iter().zip(decays) {
-        sum += fit.count as f64 * fit.over_noise(decay).powi(2);
-        n += fit.count as f64;
-    }
-    f64::sqrt(sum / f64::max(n, 1.0))
-}
-
-/// Gain in the information criterion by `effect`, which `larger` has and `smaller` has not. The best of: a
-/// coefficient of its own in each release that needs one; one coefficient for all releases, for the wind-on
-/// or the wind-off ones.
-fn evidence(releases: &Releases, smaller: &[Fitted], larger: &[Fitted], effect: &Effect) -> f64 {
-    let more = effect.parameters().len() as f64;
-    let gains: Vec<(f64, f64)> = smaller
-        .iter()
-        .zip(larger)
-        .map(|(small, large)| {
-            let n = large.effective_count();
-            let gain = bic::gain(small.sum_of_squares, large.sum_of_squares, n, 0.0);
-            (if large.converged { gain.max(0.0) } else { 0.0 }, n)
-        })
-        .collect();
-    let own: f64 = gains.iter().map(|(gain, n)| (gain - bic::cost(more, *n)).max(0.0)).sum();
-    if more > 1.0 || effect.belongs_to_release(0) {
-        return own;
-    }
-    let sizes: Vec<Option<Quantity>> = larger.iter().map(|fit| fit.coefficient(effect)).collect();
-    let one = |among: &dyn Fn(f64) -> bool| {
-        let inside: Vec<usize> =
-            (0..larger.len()).filter(|&i| among(releases.wind_speed_m_s[i])).collect();
-        let known: Vec<Quantity> = inside.iter().filter_map(|&i| sizes[i]).collect();
-        let Some(mean) = weighted_mean(known.iter().copied()) else { return 0.0 };
-        let misfit: f64 = known
-            .iter()
-            .filter(|q| q.u > 0.0 && q.u.is_finite())
-            .map(|q| ((q.value - mean.value) / q.u).powi(2))
-            .sum();
-        let (gain, n) =
-            inside.iter().fold((0.0, 0.0), |s, &i| (s.0 + gains[i].0, s.1 + gains[i].1));
-        gain - misfit - bic::cost(1.0, f64::max(n, 2.0))
-    };
-    own.max(one(&|_| true)).max(one(&|v| v > 0.0)).max(one(&|v| v == 0.0))
+    let each = fits.into_iter().zip(decays);
+    weighted_rms(each.map(|(fit, decay)| (fit.count as f64, fit.over_noise(decay))))
 }
 
 /// Judges all releases as one, from a model of `structure` on. Noise floors become those that the releases'
@@ -139,9 +86,9 @@ fn evidence(releases: &Releases, smaller: &[Fitted], larger: &[Fitted], effect: 
 ///
 /// # Errors
 /// Where a model that is there cannot be fitted; interrupted.
-pub(crate) fn judge(
+pub(super) fn judge(
     records: &[Record],
-    releases: &mut Releases,
+    decays: &mut [FreeDecay],
     structure: &Structure,
     options: &Options,
 ) -> Result<ReleaseAnswers> {
@@ -149,169 +96,191 @@ pub(crate) fn judge(
         let plain = fit_plain_within(decay, structure, decay.yaw_rad.len());
         structure.effects.iter().fold(plain, |model, effect| fit_added(decay, &model, effect))
     };
-    let effects = structure.effects.clone();
-    let there = effects.len();
-    let plain =
-        ModelOfReleases { effects, fits: releases.decays.iter().map_at_once(plain).collect() };
-    releases.check()?;
-    let alone = Alone::of(records, plain.worst(releases), &releases.decays, options)?;
+    let fits = decays.iter().map_at_once(plain).collect();
+    let plain = ModelOfReleases { effects: structure.effects.clone(), fits };
+    options.stop.check()?;
+    let alone = Alone::of(records, plain.worst(decays), decays, options)?;
     for (of, release) in alone.answers.iter().zip(&alone.which) {
-        releases.decays[*release] = of.decays[0].clone();
+        decays[*release] = of.decays[0].clone();
     }
-    let known = |e: &Effect| plain.effects.contains(e) || structure.zero_unknown && e.moves_rest();
-    let mut named = alone.named();
-    named.retain(|effect| !known(effect));
-    // What lasts does so in every release of a rig, or in all with the wind on; what depends on the amplitude may
-    // show in one only.
-    let lasts = |e: &Effect| !matches!(e.acts_on(), Acts::State | Acts::Sensor) && !e.dies_out();
-    named.retain(|effect| !lasts(effect) || alone.mostly(effect));
-    named.truncate(MOST_EFFECTS);
-    // Beside a constant moment effects act about the sensor's zero, or about the angle of rest.
-    let moves_rest = named.iter().any(Effect::moves_rest);
-    let both = [false, true].into_iter().filter(|about_rest| moves_rest || !about_rest);
-    let both = both.map(|about_rest| begun(releases, &alone, &plain, &named, about_rest));
-    let both: Vec<ModelOfReleases> = both.collect::<Result<_>>()?;
-    let over = |model: &ModelOfReleases| over_noise(&model.fits, &releases.decays);
-    let all = both.into_iter().min_by(|a, b| over(a).total_cmp(&over(b))).expect("a model");
-    // From all down to what is there, what is missed least taken out first.
-    let mut path = vec![pruned(releases, &alone, all, there)?];
-    while let Some(larger) = path.last().filter(|model| model.effects.len() > there + 1) {
-        let smaller = larger.effects[there..]
-            .iter()
-            .map(|effect| removed(releases, &alone, larger, effect))
-            .collect::<Result<Vec<_>>>()?;
-        let worst = |model: &ModelOfReleases| over_noise(&model.fits, &releases.decays);
-        let fitted = smaller.into_iter().filter(ModelOfReleases::is_fitted);
-        path.push(match fitted.min_by(|a, b| worst(a).total_cmp(&worst(b))) {
-            Some(least) => least,
-            // From the beginning, where none is to be had from here.
-            None => {
-                let about_rest = larger.fits[0].structure.about_rest;
-                let less = &larger.effects[there..larger.effects.len() - 1];
-                begun(releases, &alone, &plain, less, about_rest)?
-            }
-        });
-    }
-    if path[path.len() - 1].effects.len() > there {
-        path.push(plain);
-    }
-    path.reverse();
-    // In the order in which they help.
-    for k in 1..path.len() {
-        let before = path[k - 1].effects.clone();
-        let new = path[k].effects.iter().find(|e| !before.contains(e)).cloned();
-        path[k].effects = before.into_iter().chain(new).collect();
-    }
-    for (decay, fit) in releases.decays.iter_mut().zip(&path[path.len() - 1].fits) {
+    let path = Search { decays, alone: &alone, plain }.path()?;
+    for (decay, fit) in decays.iter_mut().zip(&path[path.len() - 1].fits) {
         *decay = sharpened(decay.clone(), fit);
     }
     Ok(ReleaseAnswers { alone, path })
 }
 
-/// `fit` in every release, unless the user stops it; from where the release's own answer is, where that is
-/// nearer.
-fn each(
-    releases: &Releases,
-    alone: &Alone,
-    inner: &ModelOfReleases,
-    fit: impl Fn(&FreeDecay, &Fitted) -> Fitted + Sync,
-) -> Result<Vec<Fitted>> {
-    let one = |(i, inner): (usize, &Fitted)| {
-        let decay = &releases.decays[i];
-        decay.stop.check()?;
-        let fitted = fit(decay, inner);
-        let same = |model: &&Fitted| {
-            let (a, b) = (&model.structure.effects, &fitted.structure.effects);
-            let rest = |e: &Effect| fitted.structure.zero_unknown && e.moves_rest();
-            b.iter().all(|e| a.contains(e)) && a.iter().all(|e| b.contains(e) || rest(e))
-        };
-        let known = alone.of_release(i).and_then(|answer| answer.models(0).find(same));
-        let known = known.and_then(|model| {
-            let start = model.numbers_for(&fitted.structure)?;
-            Some(refitted(decay, &fitted.structure, &start))
-        });
-        let nearer = |known: &Fitted| known.sum_of_squares < fitted.sum_of_squares;
-        Ok(known.filter(nearer).unwrap_or(fitted))
-    };
-    inner.fits.iter().enumerate().map_at_once(one).collect()
+/// What a model of all releases is looked for from: what was said of each, and the model that is there.
+struct Search<'a> {
+    decays: &'a [FreeDecay],
+    alone: &'a Alone,
+    plain: ModelOfReleases,
 }
 
-/// The model with all `named` effects, each release from its own answer.
-fn begun(
-    releases: &Releases,
-    alone: &Alone,
-    plain: &ModelOfReleases,
-    named: &[Effect],
-    about_rest: bool,
-) -> Result<ModelOfReleases> {
-    let effects: Vec<Effect> = plain.effects.iter().chain(named).cloned().collect();
-    let one = |(i, plain): (usize, &Fitted)| {
-        let decay = &releases.decays[i];
-        decay.stop.check()?;
-        let structure =
-            Structure { effects: effects.clone(), about_rest, ..plain.structure.clone() };
-        let own = alone.of_release(i).map(|answer| answer.last(0));
-        let own = own.and_then(|model| {
-            let Structure { effects: own, zero_unknown, .. } = &model.structure;
-            let has = |e: &&Effect| own.contains(e) || e.moves_rest() && *zero_unknown;
-            let there = effects.iter().filter(has).cloned().collect();
-            let there = Structure { effects: there, ..structure.clone() };
-            Some(refitted(decay, &there, &model.numbers_for(&there)?))
-        });
-        let mut start = own.unwrap_or_else(|| plain.clone());
-        start.structure.about_rest = about_rest;
-        let missing = effects.iter().filter(|e| !start.structure.effects.contains(e));
-        let model = missing.fold(start.clone(), |model, e| fit_added(decay, &model, e));
-        let numbers = model.numbers_for(&structure).expect("all effects");
-        Ok(refitted(decay, &structure, &numbers))
-    };
-    let fits = plain.fits.iter().enumerate().map_at_once(one).collect::<Result<_>>()?;
-    Ok(ModelOfReleases { effects, fits })
-}
-
-fn removed(
-    releases: &Releases,
-    alone: &Alone,
-    model: &ModelOfReleases,
-    effect: &Effect,
-) -> Result<ModelOfReleases> {
-    let effects = model.effects.iter().filter(|&e| *e != *effect).cloned().collect();
-    let fits = each(releases, alone, model, |decay, fit| fit_removed(decay, fit, effect))?;
-    Ok(ModelOfReleases { effects, fits })
-}
-
-/// Takes out again what the others have made needless, but for what is `there` from the beginning.
-fn pruned(
-    releases: &Releases,
-    alone: &Alone,
-    mut model: ModelOfReleases,
-    there: usize,
-) -> Result<ModelOfReleases> {
-    while model.effects.len() > there {
-        let without: Vec<(f64, ModelOfReleases)> = model.effects[there..]
-            .iter()
-            .map(|effect| {
-                let smaller = removed(releases, alone, &model, effect)?;
-                Ok((evidence(releases, &smaller.fits, &model.fits, effect), smaller))
-            })
-            .collect::<Result<_>>()?;
-        let needless = without
-            .into_iter()
-            .filter(|(_, smaller)| smaller.is_fitted())
-            .min_by(|a, b| a.0.total_cmp(&b.0))
-            .filter(|(worth, _)| *worth <= MARGIN);
-        match needless {
-            Some((_, smaller)) => model = smaller,
-            None => break,
+impl Search<'_> {
+    /// From the model that is there to the final one, an effect more each.
+    fn path(self) -> Result<Vec<ModelOfReleases>> {
+        let named = self.named();
+        // Beside a constant moment effects act about the sensor's zero, or about the angle of rest.
+        let moves_rest = named.iter().any(Effect::moves_rest);
+        let both = [false, true].into_iter().filter(|about_rest| moves_rest || !about_rest);
+        let both = both.map(|about_rest| self.begun(&named, about_rest));
+        let all = self.nearest(both.collect::<Result<Vec<_>>>()?).expect("a model");
+        // From all down to what is there, what is missed least taken out first.
+        let there = self.plain.effects.len();
+        let mut path = vec![self.pruned(all)?];
+        while let Some(larger) = path.last().filter(|model| model.effects.len() > there + 1) {
+            let smaller = larger.effects[there..].iter().map(|effect| self.removed(larger, effect));
+            let mut smaller = smaller.collect::<Result<Vec<_>>>()?;
+            smaller.retain(ModelOfReleases::is_fitted);
+            path.push(match self.nearest(smaller) {
+                Some(least) => least,
+                // From the beginning, where none is to be had from here.
+                None => {
+                    let less = &larger.effects[there..larger.effects.len() - 1];
+                    self.begun(less, larger.fits[0].structure.about_rest)?
+                }
+            });
         }
+        if path[path.len() - 1].effects.len() > there {
+            path.push(self.plain);
+        }
+        path.reverse();
+        // In the order in which they help.
+        for k in 1..path.len() {
+            let before = path[k - 1].effects.clone();
+            let new = path[k].effects.iter().find(|e| !before.contains(e)).cloned();
+            path[k].effects = before.into_iter().chain(new).collect();
+        }
+        Ok(path)
     }
-    Ok(model)
+
+    /// What the releases' answers name beyond what is there.
+    fn named(&self) -> Vec<Effect> {
+        let zero_unknown = self.plain.fits[0].structure.zero_unknown;
+        let known = |e: &Effect| self.plain.effects.contains(e) || zero_unknown && e.moves_rest();
+        // What lasts does so in every release of a rig, or in all with the wind on; what depends on the
+        // amplitude may show in one only.
+        let lasts =
+            |e: &Effect| !matches!(e.acts_on(), Acts::State | Acts::Sensor) && !e.dies_out();
+        let mut named = self.alone.named();
+        named.retain(|e| !known(e) && (!lasts(e) || self.alone.mostly(e)));
+        named.truncate(MOST_EFFECTS);
+        named
+    }
+
+    /// The one that leaves least.
+    fn nearest(&self, models: Vec<ModelOfReleases>) -> Option<ModelOfReleases> {
+        let over = |model: &ModelOfReleases| over_noise(&model.fits, self.decays);
+        models.into_iter().min_by(|a, b| over(a).total_cmp(&over(b)))
+    }
+
+    /// The model with all `named` effects, each release from its own answer.
+    fn begun(&self, named: &[Effect], about_rest: bool) -> Result<ModelOfReleases> {
+        let effects: Vec<Effect> = self.plain.effects.iter().chain(named).cloned().collect();
+        let one = |(i, plain): (usize, &Fitted)| {
+            let decay = &self.decays[i];
+            decay.stop.check()?;
+            let structure =
+                Structure { effects: effects.clone(), about_rest, ..plain.structure.clone() };
+            let own = self.alone.of_release(i).map(|answer| answer.last(0));
+            let own = own.and_then(|model| {
+                let Structure { effects: own, zero_unknown, .. } = &model.structure;
+                let has = |e: &&Effect| own.contains(e) || e.moves_rest() && *zero_unknown;
+                let there = effects.iter().filter(has).cloned().collect();
+                let there = Structure { effects: there, ..structure.clone() };
+                Some(refitted(decay, &there, &model.numbers_for(&there)?))
+            });
+            let mut start = own.unwrap_or_else(|| plain.clone());
+            start.structure.about_rest = about_rest;
+            let missing = effects.iter().filter(|e| !start.structure.effects.contains(e));
+            let model = missing.fold(start.clone(), |model, e| fit_added(decay, &model, e));
+            let numbers = model.numbers_for(&structure).expect("all effects");
+            Ok(refitted(decay, &structure, &numbers))
+        };
+        let fits = self.plain.fits.iter().enumerate().map_at_once(one).collect::<Result<_>>()?;
+        Ok(ModelOfReleases { effects, fits })
+    }
+
+    /// Without `effect`; from where a release's own answer is, where that is nearer.
+    fn removed(&self, model: &ModelOfReleases, effect: &Effect) -> Result<ModelOfReleases> {
+        let one = |(i, larger): (usize, &Fitted)| {
+            let decay = &self.decays[i];
+            decay.stop.check()?;
+            let fitted = fit_removed(decay, larger, effect);
+            let same = |model: &&Fitted| {
+                let (a, b) = (&model.structure.effects, &fitted.structure.effects);
+                let rest = |e: &Effect| fitted.structure.zero_unknown && e.moves_rest();
+                b.iter().all(|e| a.contains(e)) && a.iter().all(|e| b.contains(e) || rest(e))
+            };
+            let known = self.alone.of_release(i).and_then(|answer| answer.models(0).find(same));
+            let known = known.and_then(|model| {
+                let start = model.numbers_for(&fitted.structure)?;
+                Some(refitted(decay, &fitted.structure, &start))
+            });
+            let nearer = |known: &Fitted| known.sum_of_squares < fitted.sum_of_squares;
+            Ok(known.filter(nearer).unwrap_or(fitted))
+        };
+        let fits = model.fits.iter().enumerate().map_at_once(one).collect::<Result<_>>()?;
+        let effects = model.effects.iter().filter(|&e| e != effect).cloned().collect();
+        Ok(ModelOfReleases { effects, fits })
+    }
+
+    /// Takes out again what the others have made needless, but for what is there from the beginning.
+    fn pruned(&self, mut model: ModelOfReleases) -> Result<ModelOfReleases> {
+        while model.effects.len() > self.plain.effects.len() {
+            let without = |effect| {
+                let smaller = self.removed(&model, effect)?;
+                Ok((self.evidence(&smaller.fits, &model.fits, effect), smaller))
+            };
+            let without = model.effects[self.plain.effects.len()..].iter().map(without);
+            let needless = without
+                .collect::<Result<Vec<(f64, ModelOfReleases)>>>()?
+                .into_iter()
+                .filter(|(_, smaller)| smaller.is_fitted())
+                .min_by(|a, b| a.0.total_cmp(&b.0))
+                .filter(|(worth, _)| *worth <= MARGIN);
+            match needless {
+                Some((_, smaller)) => model = smaller,
+                None => break,
+            }
+        }
+        Ok(model)
+    }
+
+    /// Gain in the information criterion by `effect`, which `larger` has and `smaller` has not. The best of:
+    /// a coefficient of its own in each release that needs one; one coefficient for all releases, for the
+    /// wind-on or the wind-off ones.
+    fn evidence(&self, smaller: &[Fitted], larger: &[Fitted], effect: &Effect) -> f64 {
+        let more = effect.parameters().len() as f64;
+        let gain = |(small, large): (&Fitted, &Fitted)| {
+            let n = large.effective_count();
+            let gain = bic::gain(small.sum_of_squares, large.sum_of_squares, n, 0.0);
+            (if large.converged { gain.max(0.0) } else { 0.0 }, n)
+        };
+        let gains: Vec<(f64, f64)> = smaller.iter().zip(larger).map(gain).collect();
+        let own: f64 = gains.iter().map(|(gain, n)| (gain - bic::cost(more, *n)).max(0.0)).sum();
+        if more > 1.0 || effect.belongs_to_release(0) {
+            return own;
+        }
+        let one = |among: fn(f64) -> bool| {
+            let inside: Vec<usize> =
+                (0..larger.len()).filter(|&i| among(self.decays[i].wind_speed_m_s)).collect();
+            let sizes = inside.iter().filter_map(|&i| larger[i].coefficient(effect));
+            let sizes: Vec<Quantity> = sizes.collect();
+            let Some(mean) = weighted_mean(sizes.iter().copied()) else { return 0.0 };
+            let sum = |s: (f64, f64), &i: &usize| (s.0 + gains[i].0, s.1 + gains[i].1);
+            let (gain, n) = inside.iter().fold((0.0, 0.0), sum);
+            gain - chi_squared(sizes, mean.value) - bic::cost(1.0, f64::max(n, 2.0))
+        };
+        own.max(one(|_| true)).max(one(|v| v > 0.0)).max(one(|v| v == 0.0))
+    }
 }
 
 /// The releases `held` fitted with what they have in common with the others known from these; their own
 /// numbers are estimated anew. `repeat_of`: the place, among the others, of one that stands for a release
 /// which shares with none.
-pub(super) fn from_others(
+fn from_others(
     decays: &[FreeDecay],
     joint: &JointFit,
     held: &[usize],
@@ -349,4 +318,16 @@ pub(super) fn from_others(
         refitted(&decays[release], &structure, &joint.fits[release].parameters)
     };
     held.iter().map_at_once(known).collect()
+}
+
+/// Residual over noise of each of the `sets` of releases, as the others predict it ([`from_others`]).
+pub(super) fn predicted_over_noise(
+    decays: &[FreeDecay],
+    joint: &JointFit,
+    sets: &[Vec<usize>],
+    repeat_of: impl Fn(usize, &[usize]) -> Option<usize> + Sync,
+) -> f64 {
+    let predicted = sets.iter().map_at_once(|held| from_others(decays, joint, held, &repeat_of));
+    let fits: Vec<Fitted> = predicted.flatten().collect();
+    over_noise(&fits, sets.iter().flatten().map(|&i| &decays[i]))
 }

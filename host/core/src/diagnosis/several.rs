@@ -1,67 +1,85 @@
-//! What several releases of one rig lack, judged as one.
+//! What several releases lack, judged as one: those of one rig, or of a campaign.
 //!
-//! Each release has a natural frequency, damping ratio, rest angle and state of its own, and unless asked
-//! otherwise one coefficient of each effect is common to all. The effects are those that the releases' own
-//! answers name, as far as all of them need them. Where a model with these is not down to the noise, they are
-//! those that survive prediction over the pieces of all releases, as over those of one.
+//! Each release has a natural frequency, damping ratio, rest angle and state of its own; one coefficient of
+//! each effect is common to all of a rig unless asked otherwise, and of a campaign to those whose own agree.
+//! The effects are those that the releases' own answers name, as far as all of them need them. Where a model
+//! with these is not down to the noise of a rig's releases, they are those that survive prediction over the
+//! pieces of all, as over those of one.
 
 use crate::diagnosis::answer::{
     Diagnosed, Diagnosis, HeldOut, Options, ReleaseVerdict, Status, Step,
 };
-use crate::diagnosis::campaign_fit::in_common;
+use crate::diagnosis::campaign_fit::Campaign;
+use crate::diagnosis::diagnose::Grouping;
 use crate::diagnosis::likelihood::are_explained;
-use crate::diagnosis::origin::{weighted_mean, ONE, OWN};
-use crate::diagnosis::releases::{self, ReleaseAnswers, Releases};
-use crate::diagnosis::several_fit::{by_prediction, in_common_at_once, Common, Path, Predicted};
+use crate::diagnosis::origin::OWN;
+use crate::diagnosis::releases::{self, ModelOfReleases, ReleaseAnswers};
+use crate::diagnosis::several_fit::{Common, Predicted, Rig, Together};
 use crate::diagnosis::verdict::{name_of, Chosen};
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::fitting::{Fitted, Modal, Structure};
 use crate::fit::free_decay::FreeDecay;
-use crate::quantity::Quantity;
+use crate::quantity::{weighted_mean, Quantity};
 use crate::record::Record;
+use crate::statistics::weighted_rms;
 use std::collections::BTreeMap;
 
 pub(super) fn of_several(
     records: &[Record],
-    common: &Common,
+    grouping: &Grouping,
     options: &Options,
 ) -> Result<Diagnosed> {
-    let wind_speed_m_s = vec![options.wind_speed_m_s; records.len()];
-    let mut releases = Releases::of(records, wind_speed_m_s, options)?;
-    let options = &options.of(&releases.decays[0]);
-    // Each release has a rest angle of its own, which a constant moment would be once more.
-    let (rests, present): (Vec<Effect>, Vec<Effect>) =
-        options.present.effects.iter().cloned().partition(Effect::moves_rest);
-    let effects = present.clone();
-    let structure = Structure { zero_unknown: true, effects, ..options.present.clone() };
-    let judged = releases::judge(records, &mut releases, &structure, options)?;
-    let random = Effect::random();
-    let rest = Effect::of_rest();
-    let is_forced = judged.alone.mostly(&random);
-    let mut named = Vec::new();
-    if !options.zero_unknown && rests.is_empty() && judged.alone.mostly(&rest) {
-        named.push(rest);
+    let nothing = Common::default();
+    let (common, made) = match grouping {
+        Grouping::Rig(common) => (common, None),
+        Grouping::Campaign(made) => (&nothing, Some(*made)),
+    };
+    let entry = |i: usize| made.map(|made| &made.release[i]);
+    let wind = |i| entry(i).map_or(options.wind_speed_m_s, |entry| entry.wind_speed_m_s);
+    let winds = (0..records.len()).map(wind);
+    let mut decays = releases::free_decays(records, winds, &options.stop)?;
+    let mut options = options.of(&decays[0]);
+    if made.is_some() {
+        options.present = Structure::default();
     }
-    let explains = |fits: &[Fitted]| are_explained(fits, &releases.decays);
+    // Each release of a rig has a rest angle of its own, which a constant moment would be once more.
+    let (rests, there): (Vec<Effect>, Vec<Effect>) =
+        options.present.effects.iter().cloned().partition(Effect::moves_rest);
+    let zero_unknown = options.zero_unknown || made.is_none();
+    let structure = Structure { zero_unknown, effects: there.clone(), ..options.present.clone() };
+    let judged = releases::judge(records, &mut decays, &structure, &options)?;
+    let rest = Some(Effect::of_rest()).filter(|rest| {
+        zero_unknown && !options.zero_unknown && rests.is_empty() && judged.alone.mostly(rest)
+    });
+    let is_forced = judged.alone.mostly(&Effect::random());
+
+    let rig = Rig { decays: &decays, common };
+    let campaign = made.map(|made| Campaign::new(made, records, &decays));
+    let together = |model: &ModelOfReleases| {
+        options.stop.check()?;
+        match &campaign {
+            Some(campaign) => campaign.together(model),
+            None => Ok(rig.together(model)),
+        }
+    };
+    let explains = |fits: &[Fitted]| are_explained(fits, &decays);
     let each = judged.path.last().expect("a model");
     // What pieces do not show is not judged by them.
-    let at_once = is_forced || !present.iter().all(Effect::shows_in_pieces);
+    let at_once = made.is_some() || is_forced || !there.iter().all(Effect::shows_in_pieces);
     let near = (at_once || explains(&each.fits))
-        .then(|| {
-            let model = |model| in_common_at_once(&releases, model, common);
-            judged.path.iter().map(model).collect::<Vec<Path>>()
-        })
-        .filter(|path| at_once || path.last().is_some_and(|p| explains(&p.joint.fits)));
+        .then(|| judged.path.iter().map(together).collect::<Result<Vec<Together>>>())
+        .transpose()?
+        .filter(|path| at_once || path.last().is_some_and(|last| explains(&last.joint.fits)));
     let mut candidates = judged.alone.candidates();
     let (path, indistinguishable, held_out) = match near {
         Some(path) => {
-            let alike = judged.alone.indistinguishable(&each.effects);
-            (path, alike, HeldOut::Releases)
+            let held_out = campaign.as_ref().map_or(HeldOut::Releases, Campaign::held_out);
+            (path, judged.alone.indistinguishable(&each.effects), held_out)
         }
         None => {
             let Predicted { path, alike, refused } =
-                by_prediction(&releases, &judged, common, options, &structure)?;
+                rig.by_prediction(&judged, &options.own, &structure)?;
             for candidate in &mut candidates {
                 let refusal = refused.iter().find(|r| r.effect == candidate.effect);
                 candidate.reason = candidate.reason.take().or(refusal.map(|r| r.reason.clone()));
@@ -70,82 +88,96 @@ pub(super) fn of_several(
         }
     };
     options.stop.check()?;
-    let present = &options.present.effects;
-    let (steps, effects) = steps(&releases.decays, &path, common, named, present);
-    let shared = |e: &Effect| {
-        let own = common.own.contains(e) || e.moves_rest();
-        (e.to_string(), if own { OWN } else { ONE })
+
+    // Of a campaign every sample counts alike, of a rig every release.
+    let weight = |(fit, decay): (&Fitted, &FreeDecay)| match made {
+        Some(_) => (fit.count * decay.block) as f64,
+        None => 1.0,
     };
-    let sharing = effects.iter().map(shared).collect();
-    let (plain, last) = (&path[0].joint.fits, &path[path.len() - 1].joint.fits);
+    let steps = steps(&decays, &path, &options.present.effects, common, weight);
+    let added = steps.iter().filter_map(|step| step.added.clone());
+    let model = name_of(&options.present.effects);
     let chosen = Chosen {
         status: None,
-        effects,
+        effects: rest.iter().cloned().chain(added).collect(),
         indistinguishable,
         steps,
         held_out,
         candidates,
-        model: name_of(present),
+        model,
     };
-    let names: Vec<String> = records.iter().map(Record::name).collect();
-    let mut diagnosis = Diagnosis::of(&names, &releases.decays, [plain, last], chosen);
-    diagnosis.sharing = sharing;
-    diagnosis.modal = common.same_rig.then(|| last[0].modal());
-    if is_forced && diagnosis.status != Status::Explained {
-        add_random(&mut diagnosis, &judged, &random, name_of(present));
+    let name = |(i, record): (usize, &Record)| {
+        entry(i).map_or_else(|| record.name(), |entry| entry.file.clone())
+    };
+    let names: Vec<String> = records.iter().enumerate().map(name).collect();
+    let last = &path[path.len() - 1];
+    let models = [&path[0].joint.fits[..], &last.joint.fits];
+    let mut found = Diagnosis::of(&names, &decays, models, chosen);
+    if common.same_rig {
+        found.modal = Some(last.joint.fits[0].modal());
     }
-    let path = path.into_iter().map(|model| model.joint.fits).collect();
-    Ok(Diagnosed { diagnosis, decays: releases.decays, singles: Vec::new(), path })
+    found.sharing.extend(rest.map(|rest| (rest.to_string(), OWN)));
+    match &campaign {
+        Some(campaign) => campaign.complete(&mut found, &judged, [&path[0], last])?,
+        None => {
+            last.shared.iter().for_each(|shared| found.add(shared));
+            if is_forced && found.status != Status::Explained {
+                add_random(&mut found, &judged, model);
+            }
+        }
+    }
+    let mut path: Vec<Vec<Fitted>> = path.into_iter().map(|model| model.joint.fits).collect();
+    if made.is_some() && found.effects.iter().any(Effect::is_random) {
+        path.truncate(1);
+    }
+    Ok(Diagnosed { diagnosis: found, decays, singles: Vec::new(), path })
 }
 
-/// An effect more at each of `path`, and all of them after those that are `named` without a step.
+/// An effect more at each of `path` than are `present`; residuals of the releases by their `weight`.
 fn steps(
     decays: &[FreeDecay],
-    path: &[Path],
-    common: &Common,
-    named: Vec<Effect>,
+    path: &[Together],
     present: &[Effect],
-) -> (Vec<Step>, Vec<Effect>) {
+    common: &Common,
+    weight: impl Fn((&Fitted, &FreeDecay)) -> f64,
+) -> Vec<Step> {
+    // A release from a small angle need not predict one from a large: then a smaller model does so better.
     let mut least = f64::INFINITY;
-    let mut before: &[Effect] = present;
-    let mut effects = named;
+    let mut before = present;
     let mut steps = Vec::new();
-    for Path { effects: here, joint, held_out_over_noise } in path {
+    for Together { joint, held_out_over_noise, .. } in path {
         least = least.min(*held_out_over_noise);
+        let here = &joint.structure.effects;
         let added = here.iter().find(|e| !before.contains(e)).cloned();
         before = here;
-        effects.extend(added.clone());
-        let raw = |(f, d): (&Fitted, &FreeDecay)| d.raw_rms_deg(f.rms_rad()).powi(2);
-        let raws = joint.fits.iter().zip(decays).map(raw);
-        let own = |name: &str| {
-            let of = |e: &Effect| name.strip_prefix(e.id()).is_some_and(|n| n.starts_with('.'));
-            common.own.iter().any(of)
-        };
+        let each = joint.fits.iter().zip(decays);
+        let raw = each.map(|of| (weight(of), of.1.raw_rms_deg(of.0.rms_rad())));
         steps.push(Step {
             added,
-            residual_rms_deg: (raws.sum::<f64>() / decays.len() as f64).sqrt(),
+            residual_rms_deg: weighted_rms(raw),
             residual_over_noise: joint.over_noise(),
             held_out_over_noise: least,
-            parameters: in_common(joint).into_iter().filter(|(name, _)| !own(name)).collect(),
+            parameters: common.numbers(joint),
         });
     }
-    (steps, effects)
+    steps
 }
 
-/// What most releases name alone: a random moment, of another course in each, beside what they have in common.
-fn add_random(found: &mut Diagnosis, judged: &ReleaseAnswers, random: &Effect, model: &str) {
+/// What most releases name alone: a random moment, of another course in each, beside what they have in
+/// common.
+fn add_random(found: &mut Diagnosis, judged: &ReleaseAnswers, model: &str) {
     let said = |of: &Diagnosed| of.diagnosis.status == Status::Explained;
     let all = judged.alone.answers.iter().all(said);
+    let random = Effect::random();
     found.effects.retain(|e| judged.alone.mostly(e));
-    found.effects.push(random.clone());
     found.sharing.insert(random.to_string(), OWN);
+    found.effects.push(random);
     for (release, answer) in judged.alone.which.iter().zip(&judged.alone.answers) {
         let own = answer.diagnosis.only().expect("one release");
         found.releases[*release] =
             ReleaseVerdict { at_amplitude: Vec::new(), covariance: None, ..own.clone() };
     }
-    found.is_filtered(if all { Status::Explained } else { Status::Unexplained }, model);
-    found.is_forced(BTreeMap::new());
+    found.is_forced(all, BTreeMap::new(), model);
     let mean =
         |of: fn(&Modal) -> Quantity| weighted_mean(found.releases.iter().map(|r| of(&r.modal)));
     let both = mean(|m| m.natural_frequency_rad_s).zip(mean(|m| m.damping_ratio));

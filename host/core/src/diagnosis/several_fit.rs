@@ -1,22 +1,23 @@
-//! The models of several releases of one rig: effects that all of them need at once, or those that survive
-//! prediction over the pieces of all.
+//! Models of several releases with what they have in common; and of a rig's releases those with effects that
+//! all of them need at once, or that survive prediction over the pieces of all.
 
 use crate::at_once::AtOnce;
 use crate::diagnosis::account;
 use crate::diagnosis::alike::alike;
-use crate::diagnosis::answer::Options;
 use crate::diagnosis::guards::{self, Refusal};
-use crate::diagnosis::releases::{
-    from_others, over_noise, ModelOfReleases, ReleaseAnswers, Releases,
-};
+use crate::diagnosis::origin::{Origin, Plan, Seen};
+use crate::diagnosis::releases::{predicted_over_noise, ModelOfReleases, ReleaseAnswers};
 use crate::diagnosis::survivors::{self, PredictedModel, Survivors};
-use crate::diagnosis::verdict::{mean_square, MOST_LEFT};
+use crate::diagnosis::verdict::MOST_LEFT;
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::fitting::{fit_added, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::joint::{self, JointFit, Release, Sharing};
-use crate::law;
+use crate::law::releases::Releases;
+use crate::quantity::{weighted_mean, Quantity};
+use crate::statistics::rms;
+use std::collections::BTreeMap;
 
 /// What the releases have in common.
 #[derive(Clone, Debug, Default)]
@@ -27,118 +28,175 @@ pub struct Common {
     pub own: Vec<Effect>,
 }
 
-/// Models of all releases from plain to final, and what each predicts.
-pub(super) struct Path {
-    pub(super) effects: Vec<Effect>,
+impl Common {
+    /// The effects' numbers that releases have in common; of those of several groups their mean.
+    pub(super) fn numbers(&self, joint: &JointFit) -> BTreeMap<String, Quantity> {
+        let mut numbers = BTreeMap::new();
+        for effect in joint.structure.effects.iter().filter(|e| !self.own.contains(e)) {
+            for (index, parameter) in effect.parameters().iter().enumerate() {
+                let Some(number) = effect.varied_place(index) else { continue };
+                if effect.belongs_to_release(number) {
+                    continue;
+                }
+                // Once for each group, whatever releases share it.
+                let mut places: Vec<usize> =
+                    (0..joint.fits.len()).filter_map(|i| joint.place(effect, number, i)).collect();
+                places.sort_unstable();
+                places.dedup();
+                let mean = weighted_mean(places.into_iter().map(|at| joint.quantity(at)));
+                let name = format!("{}.{}", effect, parameter.name);
+                numbers.extend(mean.map(|mean| (name, mean)));
+            }
+        }
+        numbers
+    }
+}
+
+/// An effect of a model of several releases.
+pub(super) struct SharedEffect {
+    pub(super) effect: Effect,
+    /// Which releases share its coefficient.
+    pub(super) plan: Plan,
+    /// Of a campaign.
+    pub(super) source: Option<Source>,
+}
+
+/// Where an effect comes from, why, and its coefficients from which that is decided.
+pub(super) struct Source {
+    pub(super) origin: Origin,
+    pub(super) reason: String,
+    pub(super) seen: Vec<Seen>,
+}
+
+/// A model of all releases at once.
+pub(super) struct Together {
     pub(super) joint: JointFit,
+    pub(super) shared: Vec<SharedEffect>,
+    /// Residual over noise on what it was not fitted to.
     pub(super) held_out_over_noise: f64,
 }
 
-/// Which releases have one coefficient of each of `effects`, and one natural frequency and damping ratio.
-fn sharing(releases: &Releases, effects: &[Effect], common: &Common) -> Sharing {
-    let n = releases.decays.len();
-    let each = |is_own: bool| (0..n).map(move |i| if is_own { i } else { 0 });
-    let groups = |e: &Effect| each(common.own.contains(e)).map(Some).collect();
-    Sharing {
-        modal: each(!common.same_rig).collect(),
-        effects: effects.iter().map(groups).collect(),
-    }
+/// What each of `model`'s releases is fitted with.
+pub(super) fn structure(model: &ModelOfReleases) -> Structure {
+    Structure { effects: model.effects.clone(), ..model.fits[0].structure.clone() }
 }
 
-/// `model` with what is common in common.
-pub(super) fn in_common_at_once(
-    releases: &Releases,
-    model: &ModelOfReleases,
-    common: &Common,
-) -> Path {
-    let whole: Vec<Release> = releases.decays.iter().map(Release::whole).collect();
-    let n = whole.len();
-    let sharing = sharing(releases, &model.effects, common);
-    let structure = Structure { effects: model.effects.clone(), ..model.fits[0].structure.clone() };
-    let fits: Vec<&Fitted> = model.fits.iter().collect();
-    let joint = joint::fit_from(&whole, &structure, &sharing, &fits);
-    // Each is held out once.
-    let alone = |i| from_others(&releases.decays, &joint, &[i], |_, _| None);
-    let held: Vec<Fitted> = (0..n).map_at_once(alone).flatten().collect();
-    let held_out_over_noise = over_noise(&held, &releases.decays);
-    let joint = joint.polished(&whole).with_discrepancy(&whole);
-    Path { effects: model.effects.clone(), joint, held_out_over_noise }
+/// `effects` shared as planned, natural frequency and damping ratio as `modal` says.
+pub(super) fn sharing(effects: &[SharedEffect], modal: Vec<usize>) -> Sharing {
+    Sharing { modal, effects: effects.iter().map(|e| e.plan.groups.clone()).collect() }
 }
 
-/// From `last` on, each line that most releases name, or one of them where it dies out, as long as it accounts
-/// for most of what is left.
-fn lines_beside(
-    releases: &Releases,
-    judged: &ReleaseAnswers,
-    common: &Common,
-    last: &Path,
-) -> Result<Vec<Path>> {
-    let mut found: Vec<Path> = Vec::new();
-    let lines = judged.alone.named().into_iter().filter(Effect::is_line);
-    for line in lines.filter(|line| line.dies_out() || judged.alone.mostly(line)) {
-        releases.check()?;
-        let here = found.last().unwrap_or(last);
-        let inner = releases.decays.iter().zip(&here.joint.fits);
-        let fits = inner.map_at_once(|(decay, fit)| fit_added(decay, fit, &line)).collect();
-        let effects = here.effects.iter().cloned().chain([line]).collect();
-        let longer = in_common_at_once(releases, &ModelOfReleases { effects, fits }, common);
-        if longer.joint.sum_of_squares < MOST_LEFT * here.joint.sum_of_squares {
-            found.push(longer);
-        }
-    }
-    Ok(found)
+/// Simulated precisely, its uncertainties holding what the model lacks, too.
+pub(super) fn finished(joint: JointFit, decays: &[FreeDecay]) -> JointFit {
+    let whole = whole(decays);
+    joint.polished(&whole).with_discrepancy(&whole)
+}
+
+pub(super) fn whole(decays: &[FreeDecay]) -> Vec<Release<'_>> {
+    decays.iter().map(Release::whole).collect()
 }
 
 /// What survives prediction.
 pub(super) struct Predicted {
-    pub(super) path: Vec<Path>,
+    pub(super) path: Vec<Together>,
     pub(super) alike: Vec<[Effect; 2]>,
     pub(super) refused: Vec<Refusal>,
 }
 
-/// The models whose effects survive prediction, over the pieces of all releases.
-pub(super) fn by_prediction(
-    releases: &Releases,
-    judged: &ReleaseAnswers,
-    common: &Common,
-    options: &Options,
-    present: &Structure,
-) -> Result<Predicted> {
-    let modal = |i: usize| if common.same_rig { 0 } else { i };
-    let each: Vec<(&FreeDecay, usize)> =
-        releases.decays.iter().enumerate().map(|(i, decay)| (decay, modal(i))).collect();
-    let pooled = law::releases::Releases::new(&each);
-    let survivors = survivors::search_all(&pooled, &options.own, present)?;
-    let decays = &releases.decays;
-    let whole: Vec<Release> = decays.iter().map(Release::whole).collect();
-    let joint = |_: &Survivors, judged: &PredictedModel| {
-        let fit = &judged.model.fit;
-        let sharing = sharing(releases, &fit.structure.effects, common);
-        joint::fit_or_lengthened(&whole, &fit.structure, &sharing, pooled.begun(fit))
-    };
-    let (survivors, last, refused) =
-        account::standing(decays, survivors, joint, |joint| &joint.fits)?;
-    let stands = |rival: &PredictedModel| {
-        let fits = joint(&survivors, rival).fits;
-        let there = survivors.there();
-        fits.iter().zip(decays).all(|(fit, decay)| guards::refusal(fit, decay, there).is_none())
-    };
-    let alike = alike(&survivors, stands)?;
-    let noise_rad = mean_square(decays, |d| d.noise_rad);
-    let (_, smaller) = survivors.path.split_last().expect("the plain model");
-    let mut joints = Vec::new();
-    for judged in smaller {
-        releases.check()?;
-        joints.push(joint(&survivors, judged));
+/// Releases of one rig in one condition.
+pub(super) struct Rig<'a> {
+    pub(super) decays: &'a [FreeDecay],
+    pub(super) common: &'a Common,
+}
+
+impl Rig<'_> {
+    /// Place of the natural frequency and damping ratio of each release.
+    fn modal(&self) -> Vec<usize> {
+        (0..self.decays.len()).map(|i| if self.common.same_rig { 0 } else { i }).collect()
     }
-    joints.push(last);
-    let path = joints.into_iter().zip(&survivors.path).map(|(joint, judged)| Path {
-        effects: joint.structure.effects.clone(),
-        joint: joint.polished(&whole).with_discrepancy(&whole),
-        held_out_over_noise: judged.prediction.rms_rad() / noise_rad,
-    });
-    let mut path: Vec<Path> = path.collect();
-    let longer = lines_beside(releases, judged, common, path.last().expect("a model"))?;
-    path.extend(longer);
-    Ok(Predicted { path, alike, refused })
+
+    fn shared(&self, effects: &[Effect]) -> Vec<SharedEffect> {
+        let all = Plan::of_all(Origin::Undecided, self.decays.iter().map(|_| true));
+        let plan = |e: &Effect| match self.common.own.contains(e) {
+            true => all.of_each(),
+            false => all.clone(),
+        };
+        let shared = |e: &Effect| SharedEffect { effect: e.clone(), plan: plan(e), source: None };
+        effects.iter().map(shared).collect()
+    }
+
+    /// `model` with what is common in common.
+    pub(super) fn together(&self, model: &ModelOfReleases) -> Together {
+        let shared = self.shared(&model.effects);
+        let sharing = sharing(&shared, self.modal());
+        let fits: Vec<&Fitted> = model.fits.iter().collect();
+        let joint = joint::fit_from(&whole(self.decays), &structure(model), &sharing, &fits);
+        // Each is held out once.
+        let each: Vec<Vec<usize>> = (0..fits.len()).map(|i| vec![i]).collect();
+        let held_out_over_noise = predicted_over_noise(self.decays, &joint, &each, |_, _| None);
+        Together { joint: finished(joint, self.decays), shared, held_out_over_noise }
+    }
+
+    /// From `last` on, each line that most releases name, or one of them where it dies out, as long as it
+    /// accounts for most of what is left.
+    fn lines_beside(&self, judged: &ReleaseAnswers, last: &Together) -> Result<Vec<Together>> {
+        let mut found: Vec<Together> = Vec::new();
+        let lines = judged.alone.named().into_iter().filter(Effect::is_line);
+        for line in lines.filter(|line| line.dies_out() || judged.alone.mostly(line)) {
+            self.decays[0].stop.check()?;
+            let here = &found.last().unwrap_or(last).joint;
+            let inner = self.decays.iter().zip(&here.fits);
+            let fits = inner.map_at_once(|(decay, fit)| fit_added(decay, fit, &line)).collect();
+            let effects = here.structure.with(&line).effects;
+            let longer = self.together(&ModelOfReleases { effects, fits });
+            if longer.joint.sum_of_squares < MOST_LEFT * here.sum_of_squares {
+                found.push(longer);
+            }
+        }
+        Ok(found)
+    }
+
+    /// The models whose effects, the user's `own` among them, survive prediction beside what is `present`,
+    /// over the pieces of all releases.
+    pub(super) fn by_prediction(
+        &self,
+        judged: &ReleaseAnswers,
+        own: &[Effect],
+        present: &Structure,
+    ) -> Result<Predicted> {
+        let decays = self.decays;
+        let each: Vec<(&FreeDecay, usize)> = decays.iter().zip(self.modal()).collect();
+        let pooled = Releases::new(&each);
+        let survivors = survivors::search_all(&pooled, own, present)?;
+        let joint = |_: &Survivors, judged: &PredictedModel| {
+            let fit = &judged.model.fit;
+            let sharing = sharing(&self.shared(&fit.structure.effects), self.modal());
+            joint::fit_or_lengthened(&whole(decays), &fit.structure, &sharing, pooled.begun(fit))
+        };
+        let (survivors, last, refused) =
+            account::standing(decays, survivors, joint, |joint| &joint.fits)?;
+        let stands = |rival: &PredictedModel| {
+            let fits = joint(&survivors, rival).fits;
+            let there = survivors.there();
+            fits.iter().zip(decays).all(|(fit, decay)| guards::refusal(fit, decay, there).is_none())
+        };
+        let alike = alike(&survivors, stands)?;
+        let noise_rad = rms(decays.iter().map(|d| d.noise_rad));
+        let (_, smaller) = survivors.path.split_last().expect("the plain model");
+        let mut joints = Vec::new();
+        for judged in smaller {
+            decays[0].stop.check()?;
+            joints.push(joint(&survivors, judged));
+        }
+        joints.push(last);
+        let path = joints.into_iter().zip(&survivors.path).map(|(joint, judged)| Together {
+            shared: self.shared(&joint.structure.effects),
+            joint: finished(joint, decays),
+            held_out_over_noise: judged.prediction.rms_rad() / noise_rad,
+        });
+        let mut path: Vec<Together> = path.collect();
+        let longer = self.lines_beside(judged, path.last().expect("a model"))?;
+        path.extend(longer);
+        Ok(Predicted { path, alike, refused })
+    }
 }

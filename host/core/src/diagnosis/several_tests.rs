@@ -1,5 +1,5 @@
 use super::*;
-use crate::diagnosis::diagnose::{diagnose, Grouping};
+use crate::diagnosis::diagnose::diagnose;
 use crate::effects::Terms;
 use crate::error::Error;
 use crate::motion::simulate::{Grid, Motion};
@@ -10,10 +10,27 @@ use rand_distr::{Distribution, StandardNormal};
 const WN: f64 = 6.0;
 const FRICTION: f64 = 0.05;
 
+/// The readings of a motion about `rest_deg`, with noise of this rms.
+fn record(
+    seed: u64,
+    (step_s, count): (f64, usize),
+    motion: &Motion,
+    rest_deg: f64,
+    noise_deg: f64,
+) -> Record {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let grid = Grid { start_s: 0.0, step_s, count, mean_width_s: 0.0 };
+    let yaw_rad = motion.readings(&grid);
+    let mut noise = || -> f64 { StandardNormal.sample(&mut rng) };
+    Record::new(
+        format!("{seed}.csv"),
+        (0..count).map(|i| grid.time_s(i)).collect(),
+        yaw_rad.iter().map(|y| y.to_degrees() + rest_deg + noise_deg * noise()).collect(),
+    )
+}
+
 /// A release of a model with dry friction, at another amplitude and rest each, the last with a softer spring.
 fn release(k: usize, amplitude_deg: f64) -> Record {
-    let mut rng = ChaCha8Rng::seed_from_u64(k as u64);
-    let grid = Grid { start_s: 0.0, step_s: 0.01, count: 2000, mean_width_s: 0.0 };
     let motion = Motion {
         natural_frequency_rad_s: WN * if k == 2 { 0.9 } else { 1.0 },
         damping_ratio: 0.006,
@@ -24,19 +41,13 @@ fn release(k: usize, amplitude_deg: f64) -> Record {
             (Effect::CubicStiffness, &[-30.0]),
         ]),
     };
-    let yaw_rad = motion.readings(&grid);
-    let noise = |z: f64| 0.05 * z + 0.4 * k as f64;
-    Record::new(
-        format!("{k}.csv"),
-        (0..grid.count).map(|i| grid.time_s(i)).collect(),
-        yaw_rad.iter().map(|y| y.to_degrees() + noise(StandardNormal.sample(&mut rng))).collect(),
-    )
+    record(k as u64, (0.01, 2000), &motion, 0.4 * k as f64, 0.05)
 }
 
 #[test]
 fn three_releases_share_their_coefficients_and_not_their_rest() {
     let records = [release(0, 30.0), release(1, 18.0), release(2, 24.0)];
-    let found = of_several(&records, &Common::default(), &Options::default()).unwrap().diagnosis;
+    let found = of_several(&records, &Grouping::default(), &Options::default()).unwrap().diagnosis;
     println!("{:?} {:?} {}", found.status, found.effects, found.sentence);
     // Two of the three rest off the sensor's zero, each where it does.
     let planted = [Effect::StaticOffset, Effect::CoulombFriction, Effect::CubicStiffness];
@@ -63,7 +74,8 @@ fn three_releases_share_their_coefficients_and_not_their_rest() {
 fn one_spring_or_a_coefficient_each_where_asked() {
     let records = [release(0, 30.0), release(1, 18.0)];
     let common = Common { same_rig: true, own: vec![Effect::CoulombFriction] };
-    let found = of_several(&records, &common, &Options::default()).unwrap().diagnosis;
+    let found =
+        of_several(&records, &Grouping::Rig(common), &Options::default()).unwrap().diagnosis;
     let [a, b] = &found.releases[..] else { panic!("two records") };
     assert_eq!(a.modal.natural_frequency_rad_s.value, b.modal.natural_frequency_rad_s.value);
     assert_eq!(
@@ -77,34 +89,26 @@ fn one_spring_or_a_coefficient_each_where_asked() {
 
 /// Cubic stiffness, released at this angle.
 fn softening(seed: u64, amplitude_deg: f64, damping_ratio: f64) -> Record {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let grid = Grid { start_s: 0.0, step_s: 0.02, count: 1000, mean_width_s: 0.0 };
     let motion = Motion {
-        natural_frequency_rad_s: 6.0,
+        natural_frequency_rad_s: WN,
         damping_ratio,
         yaw_rad: amplitude_deg.to_radians(),
         rate_rad_s: 0.0,
         terms: Terms::of([(Effect::CubicStiffness, &[-25.0][..])]),
     };
-    let yaw_rad = motion.readings(&grid);
-    let noise = |z: f64| 0.1 * z;
-    Record::new(
-        "a.csv",
-        (0..grid.count).map(|i| grid.time_s(i)).collect(),
-        yaw_rad.iter().map(|y| y.to_degrees() + noise(StandardNormal.sample(&mut rng))).collect(),
-    )
+    record(seed, (0.02, 1000), &motion, 0.0, 0.1)
 }
 
 #[test]
 fn laws_that_several_releases_cannot_separate_are_a_group() {
     let odd_square = Effect::OddQuadraticStiffness;
     let near = [softening(1, 12.0, 0.004), softening(2, 11.0, 0.004)];
-    let found = of_several(&near, &Common::default(), &Options::default()).unwrap().diagnosis;
+    let found = of_several(&near, &Grouping::default(), &Options::default()).unwrap().diagnosis;
     println!("{:?} {:?}", found.effects, found.indistinguishable);
     let odd = |pairs: &[[Effect; 2]]| pairs.iter().flatten().any(|e| *e == odd_square);
     assert!(odd(&found.indistinguishable));
     let apart = [softening(3, 35.0, 0.02), softening(4, 15.0, 0.02)];
-    let found = of_several(&apart, &Common::default(), &Options::default()).unwrap().diagnosis;
+    let found = of_several(&apart, &Grouping::default(), &Options::default()).unwrap().diagnosis;
     println!("{:?} {:?}", found.effects, found.indistinguishable);
     assert!(found.effects.contains(&Effect::CubicStiffness), "{:?}", found.effects);
     assert!(!odd(&found.indistinguishable), "{:?}", found.indistinguishable);
@@ -134,7 +138,8 @@ fn two_releases_of_two_modes_are_answered_as_each_alone() {
         assert_eq!(alone.effects, [Effect::SecondMode], "{:?}", alone.status);
     }
     let common = Common { same_rig: true, own: Vec::new() };
-    let found = of_several(&records, &common, &Options::default()).unwrap().diagnosis;
+    let found =
+        of_several(&records, &Grouping::Rig(common), &Options::default()).unwrap().diagnosis;
     println!("{:?} {:?} {}", found.status, found.effects, found.sentence);
     assert_eq!((found.effects, found.status), (vec![Effect::SecondMode], Status::MostlyExplained));
     let w2 = found.steps.last().unwrap().parameters["second_mode.w2"];

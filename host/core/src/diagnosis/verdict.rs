@@ -9,13 +9,12 @@ use crate::fit::at_amplitude::at_amplitudes;
 use crate::fit::fitting::{Fitted, Modal};
 use crate::fit::free_decay::FreeDecay;
 use crate::quantity::Quantity;
+use crate::statistics::{rms, weighted_rms};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 /// What a diagnosis begins with where no model is there.
 pub const SECOND_ORDER: &str = "the second-order model";
-/// The same where a model with effects is.
-const PRESENT: &str = "the present model";
 
 /// Share of the amplitude that may be left where a model mostly explains a record.
 const SMALL_RESIDUAL: f64 = 0.01;
@@ -32,7 +31,7 @@ pub fn name_of(present: &[Effect]) -> &'static str {
     if present.is_empty() {
         SECOND_ORDER
     } else {
-        PRESENT
+        "the present model"
     }
 }
 
@@ -96,8 +95,8 @@ impl Diagnosis {
             each.map(|((file, decay), models)| ReleaseVerdict::of(file, decay, models, &effects));
         Self {
             said: decays[0].measurand.said(),
-            noise_rms_deg: shown(mean_square(decays, |d| d.sample_noise_rad)),
-            mean_noise_deg: shown(mean_square(decays, |d| d.noise_rad)),
+            noise_rms_deg: shown(rms(decays.iter().map(|d| d.sample_noise_rad))),
+            mean_noise_deg: shown(rms(decays.iter().map(|d| d.noise_rad))),
             status: status.unwrap_or_else(|| left.status(are_explained(last, decays), &effects)),
             indistinguishable,
             origin: BTreeMap::new(),
@@ -123,9 +122,8 @@ impl Diagnosis {
     }
 
     /// Of all releases.
-    pub(super) fn residual_over_noise(&self) -> f64 {
-        let squares: f64 = self.releases.iter().map(|r| r.residual_over_noise.powi(2)).sum();
-        (squares / self.releases.len() as f64).sqrt()
+    fn residual_over_noise(&self) -> f64 {
+        rms(self.releases.iter().map(|r| r.residual_over_noise))
     }
 
     /// Made what a filter leaves that foresees all but what is random: innovations, which are in the releases.
@@ -133,14 +131,26 @@ impl Diagnosis {
     pub(super) fn is_filtered(&mut self, status: Status, model: &str) {
         self.status = status;
         let rms_deg = self.residual_over_noise() * self.mean_noise_deg;
-        self.left.is_of_innovations(rms_deg, status == Status::Explained);
+        let share = rms_deg / self.left.rms_deg;
+        self.left.rms_deg = rms_deg;
+        self.left.share_of_amplitude *= share;
+        self.left.share_of_misfit *= share * share;
+        if status == Status::Explained {
+            self.left.where_ = NOISE.into();
+        }
         self.sentence = sentence(&self.effects, &self.left, model);
     }
 
     /// Given a last step of a random moment, of another course in each of the releases, which are filtered.
-    pub(super) fn is_forced(&mut self, parameters: BTreeMap<String, Quantity>) {
-        let squares: f64 = self.releases.iter().map(|r| r.residual_rms_deg.powi(2)).sum();
-        let rms_deg = (squares / self.releases.len() as f64).sqrt();
+    pub(super) fn is_forced(
+        &mut self,
+        is_explained: bool,
+        parameters: BTreeMap<String, Quantity>,
+        model: &str,
+    ) {
+        let status = if is_explained { Status::Explained } else { Status::Unexplained };
+        self.is_filtered(status, model);
+        let rms_deg = rms(self.releases.iter().map(|r| r.residual_rms_deg));
         let over_noise = self.residual_over_noise();
         self.steps.push(Step::of_innovations(Effect::random(), rms_deg, over_noise, parameters));
     }
@@ -217,16 +227,6 @@ impl ReleaseVerdict {
 }
 
 impl Left {
-    fn is_of_innovations(&mut self, rms_deg: f64, is_explained: bool) {
-        let share = rms_deg / self.rms_deg;
-        self.rms_deg = rms_deg;
-        self.share_of_amplitude *= share;
-        self.share_of_misfit *= share * share;
-        if is_explained {
-            self.where_ = NOISE.into();
-        }
-    }
-
     /// What is to be said where `effects` leave this: of a definite model, chosen by what it predicts.
     fn status(&self, is_explained: bool, effects: &[Effect]) -> Status {
         let more = effects.iter().any(|e| !e.moves_rest());
@@ -248,9 +248,7 @@ fn left(
     words: impl FnOnce() -> String,
 ) -> Left {
     let squares = |fits: &[Fitted]| fits.iter().map(|f| f.sum_of_squares).sum::<f64>();
-    let count: usize = last.iter().map(|f| f.count).sum();
-    let rms = last.iter().map(|f| f.count as f64 * f.rms_rad().powi(2)).sum::<f64>();
-    let rms_rad = (rms / count as f64).sqrt();
+    let rms_rad = weighted_rms(last.iter().map(|f| (f.count as f64, f.rms_rad())));
     let amplitude_rad = decays.iter().map(FreeDecay::reading_rad).fold(0.0, f64::max);
     Left {
         rms_deg: decays[0].measurand.shown(rms_rad),
@@ -262,12 +260,6 @@ fn left(
             false => words(),
         },
     }
-}
-
-/// Root of the mean square of what each release has.
-pub(super) fn mean_square(decays: &[FreeDecay], of: impl Fn(&FreeDecay) -> f64) -> f64 {
-    let sum: f64 = decays.iter().map(|d| of(d).powi(2)).sum();
-    (sum / decays.len() as f64).sqrt()
 }
 
 /// The release that is explained worst.
@@ -300,10 +292,7 @@ fn in_words(decay: &FreeDecay, where_: &Where) -> String {
     let kind = kinds.iter().max_by(|a, b| a.0.total_cmp(&b.0)).map_or("", |k| k.1);
     let bins = &where_.amplitude;
     let unit = decay.measurand.coordinate_unit();
-    let all = {
-        let sum: f64 = bins.iter().map(|b| b.rms_deg.powi(2)).sum();
-        (sum / bins.len().max(1) as f64).sqrt()
-    };
+    let all = rms(bins.iter().map(|b| b.rms_deg));
     let out = |b: &compare::AmplitudeBin| b.rms_deg > STANDS_OUT * all;
     let above = bins.iter().rev().take_while(|b| out(b)).last();
     let below = bins.iter().take_while(|b| out(b)).last();

@@ -14,7 +14,7 @@ use crate::at_once::AtOnce;
 use crate::bic;
 use crate::effects::Effect;
 use crate::fit::at_amplitude::with_windows;
-use crate::fit::fitting::{are_moved_by_steps, enough, Fitted, Structure};
+use crate::fit::fitting::{are_moved_by_steps, enough, held_out_over_noise, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 pub use crate::fit::problem::Release;
 use crate::fit::problem::{lengthened, JointProblem, Part, EVALUATIONS};
@@ -22,6 +22,7 @@ use crate::fit::sharing::Places;
 pub use crate::fit::sharing::Sharing;
 use crate::quantity::Quantity;
 use crate::solver::{off_bounds, Fit};
+use crate::statistics::weighted_rms;
 use nalgebra::DMatrix;
 
 /// A model fitted to several releases at once.
@@ -197,20 +198,13 @@ impl JointFit {
         Quantity::new(self.parameters[index], self.covariance(index, index).max(0.0).sqrt())
     }
 
-    /// Residual over noise on the means after those fitted; `None` where there are none.
-    pub fn held_out_over_noise<'a>(
-        &self,
-        decays: impl IntoIterator<Item = &'a FreeDecay>,
-    ) -> Option<f64> {
-        let mut sum = (0.0, 0.0);
-        for (fit, decay) in self.fits.iter().zip(decays) {
-            let n = decay.yaw_rad.len().saturating_sub(fit.count) as f64;
-            sum.0 += n;
-            if n > 0.0 {
-                sum.1 += n * crate::fit::fitting::held_out_over_noise(decay, fit).powi(2);
-            }
-        }
-        (sum.0 > 0.0).then(|| (sum.1 / sum.0).sqrt())
+    /// Residual over noise on the means after those fitted; not a number where there are none.
+    pub fn held_out_over_noise<'a>(&self, decays: impl IntoIterator<Item = &'a FreeDecay>) -> f64 {
+        let later = |(fit, decay): (&Fitted, &FreeDecay)| {
+            let n = decay.yaw_rad.len().saturating_sub(fit.count);
+            (n > 0).then(|| (n as f64, held_out_over_noise(decay, fit)))
+        };
+        weighted_rms(self.fits.iter().zip(decays).filter_map(later))
     }
 }
 

@@ -196,12 +196,8 @@ pub(crate) fn periodogram(samples: &[f64], window: &Window) -> Vec<f64> {
         power += w * w;
         w * (y - middle)
     };
-    let mut input: Vec<f64> = samples.iter().zip(window.weights(n)).map(weighted).collect();
-    let fft = realfft::RealFftPlanner::<f64>::new().plan_fft_forward(n);
-    let mut spectrum = fft.make_output_vec();
-    // Its only error is a buffer of another length.
-    fft.process(&mut input, &mut spectrum).expect("buffers as made");
-    spectrum.iter().map(|s| s.norm_sqr() / power).collect()
+    let windowed = samples.iter().zip(window.weights(n)).map(weighted).collect();
+    crate::spectrum::power(windowed).into_iter().map(|p| p / power).collect()
 }
 
 /// Levels of the periodogram of means of `block` samples, scaled so that white noise shows its variance.

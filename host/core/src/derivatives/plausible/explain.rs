@@ -2,15 +2,13 @@
 
 use super::super::campaign::Campaign;
 use super::super::doubt::{Doubt, Kind};
-use super::frame::{Frame, Misfit, Node, Place, DISAGREES};
+use super::frame::{is_impossible, Frame, Misfit, Node, Place, DISAGREES};
 use super::mistake::{about, candidates, Mistake};
 use super::ranges::{STIFFNESS, WIND};
 use yawrig_shared::axis::Axis;
 
 /// Mistakes that are looked for one after the other.
 const MOST_MISTAKES: usize = 6;
-/// A spring so many times too stiff or too soft is no spring that is a little off.
-const IMPOSSIBLE: f64 = 3.0;
 /// Ln of wn^2 within which a record is like another.
 const LIKE: f64 = 5e-3;
 
@@ -55,12 +53,21 @@ fn mistake(campaign: &Campaign, frame: &Frame) -> Option<(Mistake, Doubt)> {
     Some((mistake, told))
 }
 
+fn file<'a>(campaign: &'a Campaign, frame: &Frame, node: usize) -> &'a str {
+    &campaign.release[frame.nodes[node].release].file
+}
+
+fn files(campaign: &Campaign, frame: &Frame, nodes: impl IntoIterator<Item = usize>) -> String {
+    let each = nodes.into_iter().map(|node| file(campaign, frame, node));
+    each.collect::<Vec<_>>().join(", ")
+}
+
 fn axis_name(axis: usize) -> Axis {
     Axis::BOTH[axis]
 }
 
 fn told(campaign: &Campaign, frame: &Frame, mistake: &Mistake, evidence: &str) -> Doubt {
-    let file = |node: usize| &campaign.release[frame.nodes[node].release].file;
+    let file = |node: usize| file(campaign, frame, node);
     let at = |kind, what: String, release: usize, field: &str| {
         Doubt::new(kind, what, evidence).at(release, field)
     };
@@ -79,7 +86,7 @@ fn told(campaign: &Campaign, frame: &Frame, mistake: &Mistake, evidence: &str) -
                 _ => Kind::RecordsExchanged,
             };
             let names = |which: fn(&(usize, usize)) -> usize| {
-                pairs.iter().map(|pair| file(which(pair)).as_str()).collect::<Vec<_>>().join(", ")
+                files(campaign, frame, pairs.iter().map(which))
             };
             let both = match kind {
                 Kind::WindExchanged => "wind off and on, are exchanged",
@@ -111,15 +118,14 @@ fn told(campaign: &Campaign, frame: &Frame, mistake: &Mistake, evidence: &str) -
                 stated / factor,
                 campaign.release[release].file
             );
-            let is_impossible = !(1.0 / IMPOSSIBLE..=IMPOSSIBLE).contains(factor);
-            at(Kind::StiffnessUnit, what, release, STIFFNESS.name).error_if(is_impossible)
+            at(Kind::StiffnessUnit, what, release, STIFFNESS.name).error_if(is_impossible(*factor))
         }
         Mistake::WindUnit(nodes, factor, unit) => {
             let release = frame.nodes[nodes[0]].release;
             let stated = campaign.release[release].wind_speed_m_s;
             let what = format!(
                 "the wind of {} is {:.4} m/s by what it does, where {stated} is stated: {unit}, it seems",
-                nodes.iter().map(|&node| file(node).as_str()).collect::<Vec<_>>().join(", "),
+                files(campaign, frame, nodes.iter().copied()),
                 stated / factor
             );
             at(Kind::WindUnit, what, release, WIND.name)
@@ -148,29 +154,27 @@ fn unexplained(campaign: &Campaign, frame: &Frame, left: &[Misfit]) -> Vec<Doubt
         if is_of_spring && told.contains(&spring) {
             continue;
         }
-        let file = |node: usize| &campaign.release[frame.nodes[node].release].file;
+        let file = |node: usize| file(campaign, frame, node);
+        let those = files(campaign, frame, about.iter().copied());
         let name = &frame.springs[spring];
         let release = frame.nodes[first].release;
         let percent = 100.0 * (misfit.ratio - 1.0);
         let (kind, field, what) = match misfit.place {
             Place::Line { axis, .. } => {
                 told.push(spring);
-                let off = about.iter().map(|&node| file(node).as_str()).collect::<Vec<_>>().join(", ");
                 (Kind::SpringDisagrees, STIFFNESS.name, format!(
-                    "spring {name} disagrees with the others about the {} axis ({off}): its stiffness is {percent:+.0} % off \
+                    "spring {name} disagrees with the others about the {} axis ({those}): its stiffness is {percent:+.0} % off \
                      what its frequency asks for",
                     axis_name(axis)
                 ))
             }
             Place::Origin { axis } => (Kind::SpringDisagrees, STIFFNESS.name, format!(
-                "the springs' stiffnesses do not go with their frequencies about the {} axis ({}): there would have to be \
+                "the springs' stiffnesses do not go with their frequencies about the {} axis ({those}): there would have to be \
                  more other stiffness than springs",
-                axis_name(axis),
-                about.iter().map(|&node| file(node).as_str()).collect::<Vec<_>>().join(", ")
+                axis_name(axis)
             )),
             Place::Axes { .. } => (Kind::AxesDisagree, "file", format!(
-                "spring {name}: the frequencies about the two axes ({}) are {percent:+.1} % off the ratio of the other springs",
-                about.iter().map(|&node| file(node).as_str()).collect::<Vec<_>>().join(", ")
+                "spring {name}: the frequencies about the two axes ({those}) are {percent:+.1} % off the ratio of the other springs"
             )),
             Place::Wind { node } => {
                 let quiet = misfit.ratio.abs() < 0.1;
@@ -181,8 +185,8 @@ fn unexplained(campaign: &Campaign, frame: &Frame, left: &[Misfit]) -> Vec<Doubt
                         misfit.ratio
                     )),
                 };
-                let off = about[..about.len() - 1].iter().map(|&node| file(node).as_str());
-                (kind, "file", format!("{} beside {}: {what}", file(node), off.collect::<Vec<_>>().join(", ")))
+                let off = files(campaign, frame, about[..about.len() - 1].iter().copied());
+                (kind, "file", format!("{} beside {off}: {what}", file(node)))
             }
             Place::Repeat { node } => (Kind::RepeatsDisagree, "file", format!(
                 "{} is {percent:+.1} % in wn^2 off its repeats",
@@ -195,12 +199,9 @@ fn unexplained(campaign: &Campaign, frame: &Frame, left: &[Misfit]) -> Vec<Doubt
         let like = like.map_or(String::new(), |(k, _)| {
             format!("; {} has the frequency of {}", file(first), file(k))
         });
-        let is_impossible = matches!(misfit.place, Place::Line { .. } | Place::Origin { .. })
-            && !(1.0 / IMPOSSIBLE..=IMPOSSIBLE).contains(&misfit.ratio);
         let evidence = format!("{:.0} standard uncertainties{like}", misfit.z);
-        all.push(
-            Doubt::new(kind, what + &like, evidence).at(release, field).error_if(is_impossible),
-        );
+        let is_error = is_of_spring && is_impossible(misfit.ratio);
+        all.push(Doubt::new(kind, what + &like, evidence).at(release, field).error_if(is_error));
     }
     all
 }
@@ -224,8 +225,8 @@ fn as_a_whole(frame: &Frame, known: &[Doubt]) -> Vec<Doubt> {
     }
     let against =
         |axis: &usize| frame.wind(*axis).is_some_and(|(shift, damps)| shift < 0.0 && !damps);
-    if (0..2).any(|axis| against(&axis)) && !has(Kind::WindExchanged) {
-        let axis = axis_name((0..2).find(against).unwrap_or(0));
+    if let Some(axis) = (0..2).find(against).filter(|_| !has(Kind::WindExchanged)) {
+        let axis = axis_name(axis);
         all.push(
             Doubt::new(
                 Kind::WindExchanged,

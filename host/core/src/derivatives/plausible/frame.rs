@@ -3,7 +3,7 @@
 use super::super::at::At;
 use super::super::campaign::Campaign;
 use super::super::condition::{damping_rad_s, is_same_speed, Identified};
-use super::super::inputs::axis_index;
+use crate::quantity::Quantity;
 use crate::statistics::median;
 use yawrig_shared::derivatives::torsional_stiffness_nm;
 
@@ -24,10 +24,17 @@ const FREQUENCY_U: f64 = 5e-4;
 const REPEAT_U: f64 = 3e-3;
 /// A misfit of so many standard uncertainties does not go with the others.
 pub(super) const DISAGREES: f64 = 5.0;
+/// A number so many times too large or too small is no number that is a little off.
+const IMPOSSIBLE: f64 = 3.0;
 /// This quantile of the misfits of sound ones says by how much they scatter more than that; a normal's is
 /// 0.524 sigma.
 const QUANTILE: f64 = 0.4;
 const OF_NORMAL: f64 = 0.524;
+
+/// Whether a number is so many times what it should be that no sound one is.
+pub(super) fn is_impossible(ratio: f64) -> bool {
+    !(1.0 / IMPOSSIBLE..=IMPOSSIBLE).contains(&ratio)
+}
 
 /// A release's squared natural frequency and damping, and what it was made under.
 #[derive(Clone, Copy, Debug)]
@@ -42,9 +49,8 @@ pub(super) struct Node {
     /// wn^2 and its standard uncertainty, rad2/s2.
     pub(super) square: f64,
     pub(super) u: f64,
-    /// 2 zeta wn and its standard uncertainty, rad/s.
-    pub(super) damping: f64,
-    pub(super) u_damping: f64,
+    /// 2 zeta wn, rad/s.
+    pub(super) damping: Quantity,
 }
 
 /// A campaign as numbers that can be exchanged.
@@ -130,17 +136,16 @@ impl Frame {
                 frame.ats.len() - 1
             });
             let density_ratio = campaign.density_kg_m3(entry) / air.density_kg_m3;
-            let (wn, damping) = (found.natural_frequency_rad_s, damping_rad_s(found));
+            let wn = found.natural_frequency_rad_s;
             frame.nodes.push(Node {
                 release,
                 spring,
-                axis: axis_index(entry.axis),
+                axis: entry.axis as usize,
                 at,
                 speed_m_s: entry.wind_speed_m_s * density_ratio.sqrt(),
                 square: wn.value * wn.value,
                 u: 2.0 * wn.value * wn.u,
-                damping: damping.value,
-                u_damping: damping.u,
+                damping: damping_rad_s(found),
             });
         }
         frame
@@ -271,7 +276,8 @@ impl Frame {
         let damped =
             groups.iter().filter(|g| g.axis == axis && g.speed_m_s > 0.0).filter_map(|on| {
                 let off = self.reference(&groups, on)?;
-                Some(self.nodes[on.nodes[0]].damping > self.nodes[off.nodes[0]].damping)
+                let [on, off] = [on, off].map(|group| self.nodes[group.nodes[0]].damping.value);
+                Some(on > off)
             });
         let (yes, no): (Vec<bool>, Vec<bool>) = damped.partition(|is| *is);
         (!shifts.is_empty()).then(|| (most(&shifts), yes.len() >= no.len()))
@@ -366,8 +372,8 @@ impl Frame {
         let groups = self.groups();
         let fed = groups.iter().filter(|g| g.speed_m_s > 0.0).filter(|on| {
             let Some(off) = self.reference(&groups, on) else { return false };
-            let (on, off) = (&self.nodes[on.nodes[0]], &self.nodes[off.nodes[0]]);
-            off.damping - on.damping > DISAGREES * off.u_damping.hypot(on.u_damping)
+            let [on, off] = [on, off].map(|group| self.nodes[group.nodes[0]].damping);
+            off.value - on.value > DISAGREES * off.u.hypot(on.u)
         });
         let total: f64 = misfits.iter().map(|m| (0.25 * m.z * m.z).ln_1p()).sum();
         (flagged, total + 2.0 * fed.count() as f64)

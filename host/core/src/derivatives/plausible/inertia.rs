@@ -3,7 +3,7 @@
 
 use super::super::campaign::Campaign;
 use super::super::doubt::{Doubt, Kind};
-use super::frame::{Frame, Line, STIFFNESS_U};
+use super::frame::{is_impossible, Frame, Line, STIFFNESS_U};
 use yawrig_shared::axis::Axis;
 use yawrig_shared::derivatives::side_force;
 
@@ -18,13 +18,10 @@ const INERTIA_U: f64 = 0.01;
 const ONE_SPRING_U: f64 = 0.1;
 /// Standard uncertainties by which a given inertia disagrees.
 const INERTIA_DISAGREES: f64 = 4.0;
-/// An inertia so many times off is in another unit.
-const IMPOSSIBLE: f64 = 3.0;
 /// Radius of gyration over length: of a needle's middle, and of two weights at its ends.
 const GYRATION: [f64; 2] = [0.03, 1.0];
 /// Cn_beta below which, with Cy_beta below ten times it, no body is usual; and beyond which none is.
-const SMALL_COEFFICIENT: f64 = 0.05;
-const LARGE_COEFFICIENT: f64 = 10.0;
+const USUAL_COEFFICIENT: [f64; 2] = [0.05, 10.0];
 
 /// kg m2 in one of the unit.
 const UNITS: [(f64, &str); 8] = [
@@ -46,9 +43,9 @@ struct Measured {
 }
 
 pub(super) fn doubts(campaign: &Campaign, frame: &Frame) -> Vec<Doubt> {
-    let known = campaign.inertia.clone().unwrap_or_default();
-    let given = [(known.mid_kg_m2, known.mid_u_kg_m2), (known.front_kg_m2, known.front_u_kg_m2)];
+    let given = campaign.known_inertia();
     let measured = [0, 1].map(|axis| measured(campaign, frame, axis));
+    let inertia = [0, 1].map(|axis| given[axis].0.or(measured[axis].map(|m| m.kg_m2)));
     let mut all = Vec::new();
     let exchanged = exchanged(&given, &measured);
     all.extend(exchanged.iter().cloned());
@@ -56,13 +53,11 @@ pub(super) fn doubts(campaign: &Campaign, frame: &Frame) -> Vec<Doubt> {
         if let ((Some(value), u), Some(by), None) = (given[axis], measured[axis], &exchanged) {
             all.extend(disagreeing(name, value, u, by));
         }
-        let inertia = given[axis].0.or(measured[axis].map(|m| m.kg_m2));
         let is_told = all.iter().any(|doubt| doubt.is_error);
-        if let Some(inertia) = inertia.filter(|_| !is_told) {
+        if let Some(inertia) = inertia[axis].filter(|_| !is_told) {
             all.extend(of_no_body(campaign, name, inertia));
         }
     }
-    let inertia = [0, 1].map(|axis| given[axis].0.or(measured[axis].map(|m| m.kg_m2)));
     if all.is_empty() {
         all.extend(apart(campaign, frame, inertia));
         all.extend(coefficients(campaign, frame, inertia));
@@ -128,7 +123,7 @@ fn disagreeing(axis: Axis, value: f64, u: Option<f64>, by: Measured) -> Option<D
     let ratio = value / by.kg_m2;
     let unit =
         UNITS.iter().find(|(factor, _)| (ratio / factor).ln().abs() < INERTIA_DISAGREES * by.u);
-    let is_impossible = !(1.0 / IMPOSSIBLE..=IMPOSSIBLE).contains(&ratio);
+    let is_impossible = is_impossible(ratio);
     let (kind, why) = match unit.filter(|_| is_impossible) {
         Some((_, unit)) => (Kind::InertiaUnit, format!("it is in {unit}, it seems")),
         None => (Kind::InertiaDisagrees, format!("{:+.1} %", 100.0 * (ratio - 1.0))),
@@ -212,11 +207,11 @@ fn coefficients(campaign: &Campaign, frame: &Frame, inertia: [Option<f64>; 2]) -
         Some(shift * inertia[axis]? / frame.moment_nm)
     };
     let mid = of(0)?;
+    let [least, most] = USUAL_COEFFICIENT;
     let side = of(1)
         .map(|front| side_force(mid, front, campaign.model.length_m, campaign.rig.axis_offset_m));
-    let is_small = mid.abs() < SMALL_COEFFICIENT
-        && side.is_some_and(|side| side.abs() < 10.0 * SMALL_COEFFICIENT);
-    (is_small || mid.abs() > LARGE_COEFFICIENT).then(|| {
+    let is_small = mid.abs() < least && side.is_some_and(|side| side.abs() < 10.0 * least);
+    (is_small || mid.abs() > most).then(|| {
         let on = frame.nodes.iter().find(|node| node.speed_m_s > 0.0);
         let (first, speed) = on.map_or((0, 0.0), |node| (node.release, node.speed_m_s));
         let side = side.map_or(String::new(), |side| format!(" and Cy_beta as {side:.3}"));
@@ -227,7 +222,7 @@ fn coefficients(campaign: &Campaign, frame: &Frame, inertia: [Option<f64>; 2]) -
                  km/h, the density in kg/m3, the area in m2?",
                 if is_small { "less" } else { "more" }
             ),
-            format!("usual is |Cn_beta| from {SMALL_COEFFICIENT} to {LARGE_COEFFICIENT}"),
+            format!("usual is |Cn_beta| from {least} to {most}"),
         )
         .at(first, "wind_speed_m_s")
     })

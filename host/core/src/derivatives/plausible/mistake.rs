@@ -1,14 +1,12 @@
 //! Mistakes that a campaign may have been written down with, and the campaign without them.
 
-use super::frame::{Frame, Misfit, Node, Place};
+use super::frame::{Frame, Misfit, Node, Place, DISAGREES};
 
 /// Releases of which every exchange with any other is tried.
 const MOST_TRIED: usize = 24;
-/// A unit or a clock has to fit so well, in standard uncertainties: nearly any number is some unit's.
-const FITS: f64 = 2.5;
 
 /// A stiffness or a speed stated in this is so many times what it is in the unit asked for.
-const STIFFNESS_UNITS: [(f64, &str); 8] = [
+const STIFFNESS_UNITS: [(f64, &str); 10] = [
     (1e-3, "it is in N/mm"),
     (1e3, "it is in mN/m"),
     (1.0 / 9.806_65, "it is in kgf/m"),
@@ -17,9 +15,9 @@ const STIFFNESS_UNITS: [(f64, &str); 8] = [
     (0.1, "a digit is missing"),
     (10.0, "there is a digit too many"),
     (1.0 / 175.127, "it is in lbf/in"),
+    (2.0, "it is of both springs together"),
+    (0.5, "it is of half a spring"),
 ];
-const HALVES: [(f64, &str); 2] =
-    [(2.0, "it is of both springs together"), (0.5, "it is of half a spring")];
 const WIND_UNITS: [(f64, &str); 5] = [
     (3.6, "it is in km/h"),
     (1.0 / 3.6, "it is 3.6 times too small"),
@@ -53,7 +51,6 @@ impl Mistake {
                         square: of.square,
                         u: of.u,
                         damping: of.damping,
-                        u_damping: of.u_damping,
                         ..is
                     };
                     (frame.nodes[a], frame.nodes[b]) = (found(one, other), found(other, one));
@@ -72,7 +69,8 @@ impl Mistake {
         frame
     }
 
-    /// Whether what it is about goes with the others in the frame without it.
+    /// Whether what it is about goes with the others in the frame without it, a unit or a clock twice as well
+    /// as is asked of other misfits: nearly any number is some unit's.
     pub(super) fn fits(&self, undone: &Frame) -> bool {
         let concerns = |place: Place| match (self, place) {
             (Self::WindUnit(nodes, ..), Place::Wind { node }) => nodes.contains(&node),
@@ -80,7 +78,7 @@ impl Mistake {
             (Self::Clock(node, _), place) => about(undone, place).contains(node),
             _ => false,
         };
-        undone.misfits().iter().all(|m| m.z < FITS || !concerns(m.place))
+        undone.misfits().iter().all(|m| m.z < 0.5 * DISAGREES || !concerns(m.place))
     }
 
     /// Those of this list that come first are believed first where several would do.
@@ -140,7 +138,7 @@ pub(super) fn candidates(frame: &Frame, flagged: &[&Misfit]) -> Vec<Mistake> {
             all.extend([0, 1].map(|axis| groups(frame, (spring, axis), (other, axis))));
         }
         all.push(groups(frame, (spring, 0), (spring, 1)));
-        for (factor, unit) in STIFFNESS_UNITS.into_iter().chain(HALVES) {
+        for (factor, unit) in STIFFNESS_UNITS {
             all.push(Mistake::StiffnessUnit(spring, factor, unit));
         }
         let on: Vec<usize> = (0..frame.nodes.len())

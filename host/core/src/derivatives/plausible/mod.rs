@@ -7,7 +7,6 @@
 //! would put it right: which two records exchanged, which unit (`explain`). What the numbers say by
 //! themselves is in `ranges` and `inertia`.
 
-mod copies;
 mod explain;
 mod frame;
 mod inertia;
@@ -17,14 +16,14 @@ pub mod ranges;
 use super::campaign::Campaign;
 use super::condition::Identified;
 pub use super::doubt::{Doubt, Kind};
-use crate::record::faults::{Facts, FaultKind};
+use crate::record::faults::{self, Facts, FaultKind};
 
 /// All that is doubtful about a campaign, errors first, then in the order of its releases. `facts` are those
 /// of each release's record, or none where there is no record.
 pub fn doubts(campaign: &Campaign, identified: &[Identified], facts: &[Facts]) -> Vec<Doubt> {
     let mut all = ranges::doubts(campaign);
     all.extend(faults(campaign, facts));
-    all.extend(copies::doubts(campaign, facts));
+    all.extend(copies(campaign, facts));
     // A number that cannot be, or a record that is another's, makes nonsense of all that follows.
     if !all.iter().any(|doubt| doubt.is_error) {
         let frame = frame::Frame::new(campaign, identified);
@@ -56,4 +55,26 @@ fn faults(campaign: &Campaign, facts: &[Facts]) -> Vec<Doubt> {
         })
     };
     facts.iter().enumerate().flat_map(one).collect()
+}
+
+/// One record as two releases.
+fn copies(campaign: &Campaign, facts: &[Facts]) -> Vec<Doubt> {
+    let one = |&(earlier, later): &(usize, usize)| {
+        let [a, b] = [earlier, later].map(|index| &campaign.release[index].file);
+        let doubt = match facts[earlier].is_same(&facts[later]) {
+            true => Doubt::new(
+                Kind::SameContent,
+                format!("{b} has the same content as {a}: one record cannot be two releases"),
+                "all readings are the same",
+            )
+            .error_if(true),
+            false => Doubt::new(
+                Kind::SameRecord,
+                format!("{b} holds readings of {a}: a part or a copy of the same record?"),
+                "blocks of readings are the same",
+            ),
+        };
+        doubt.at(later, "file")
+    };
+    faults::copies(facts).iter().map(one).collect()
 }
