@@ -6,6 +6,7 @@ use crate::bic::{self, MARGIN};
 use crate::diagnosis::alone::Alone;
 use crate::diagnosis::answer::Options;
 use crate::diagnosis::likelihood::MOST_EFFECTS;
+use crate::diagnosis::nested::{Judge, Nested};
 use crate::diagnosis::search::sharpened;
 use crate::effects::{Acts, Effect};
 use crate::error::Result;
@@ -125,34 +126,11 @@ impl Search<'_> {
         let moves_rest = named.iter().any(Effect::moves_rest);
         let both = [false, true].into_iter().filter(|about_rest| moves_rest || !about_rest);
         let both = both.map(|about_rest| self.begun(&named, about_rest));
-        let all = self.nearest(both.collect::<Result<Vec<_>>>()?).expect("a model");
-        // From all down to what is there, what is missed least taken out first.
-        let there = self.plain.effects.len();
-        let mut path = vec![self.pruned(all)?];
-        while let Some(larger) = path.last().filter(|model| model.effects.len() > there + 1) {
-            let smaller = larger.effects[there..].iter().map(|effect| self.removed(larger, effect));
-            let mut smaller = smaller.collect::<Result<Vec<_>>>()?;
-            smaller.retain(ModelOfReleases::is_fitted);
-            path.push(match self.nearest(smaller) {
-                Some(least) => least,
-                // From the beginning, where none is to be had from here.
-                None => {
-                    let less = &larger.effects[there..larger.effects.len() - 1];
-                    self.begun(less, larger.fits[0].structure.about_rest)?
-                }
-            });
-        }
-        if path[path.len() - 1].effects.len() > there {
-            path.push(self.plain);
-        }
-        path.reverse();
-        // In the order in which they help.
-        for k in 1..path.len() {
-            let before = path[k - 1].effects.clone();
-            let new = path[k].effects.iter().find(|e| !before.contains(e)).cloned();
-            path[k].effects = before.into_iter().chain(new).collect();
-        }
-        Ok(path)
+        let both = both.collect::<Result<Vec<_>>>()?;
+        let nearer =
+            |a: &ModelOfReleases, b: &ModelOfReleases| self.misfit(a).total_cmp(&self.misfit(b));
+        let all = both.into_iter().min_by(nearer).expect("a model");
+        Nested::pruned(&self, all)?.path(&self, self.plain.clone())
     }
 
     /// What the releases' answers name beyond what is there.
@@ -167,12 +145,6 @@ impl Search<'_> {
         named.retain(|e| !known(e) && (!lasts(e) || self.alone.mostly(e)));
         named.truncate(MOST_EFFECTS);
         named
-    }
-
-    /// The one that leaves least.
-    fn nearest(&self, models: Vec<ModelOfReleases>) -> Option<ModelOfReleases> {
-        let over = |model: &ModelOfReleases| over_noise(&model.fits, self.decays);
-        models.into_iter().min_by(|a, b| over(a).total_cmp(&over(b)))
     }
 
     /// The model with all `named` effects, each release from its own answer.
@@ -226,28 +198,6 @@ impl Search<'_> {
         Ok(ModelOfReleases { effects, fits })
     }
 
-    /// Takes out again what the others have made needless, but for what is there from the beginning.
-    fn pruned(&self, mut model: ModelOfReleases) -> Result<ModelOfReleases> {
-        while model.effects.len() > self.plain.effects.len() {
-            let without = |effect| {
-                let smaller = self.removed(&model, effect)?;
-                Ok((self.evidence(&smaller.fits, &model.fits, effect), smaller))
-            };
-            let without = model.effects[self.plain.effects.len()..].iter().map(without);
-            let needless = without
-                .collect::<Result<Vec<(f64, ModelOfReleases)>>>()?
-                .into_iter()
-                .filter(|(_, smaller)| smaller.is_fitted())
-                .min_by(|a, b| a.0.total_cmp(&b.0))
-                .filter(|(worth, _)| *worth <= MARGIN);
-            match needless {
-                Some((_, smaller)) => model = smaller,
-                None => break,
-            }
-        }
-        Ok(model)
-    }
-
     /// Gain in the information criterion by `effect`, which `larger` has and `smaller` has not. The best of:
     /// a coefficient of its own in each release that needs one; one coefficient for all releases, for the
     /// wind-on or the wind-off ones.
@@ -274,6 +224,33 @@ impl Search<'_> {
             gain - chi_squared(sizes, mean.value) - bic::cost(1.0, f64::max(n, 2.0))
         };
         own.max(one(|_| true)).max(one(|v| v > 0.0)).max(one(|v| v == 0.0))
+    }
+}
+
+impl Judge for Search<'_> {
+    type Model = ModelOfReleases;
+
+    fn effects<'a>(&self, model: &'a ModelOfReleases) -> &'a [Effect] {
+        &model.effects[self.plain.effects.len()..]
+    }
+    fn without(&self, model: &ModelOfReleases, effect: &Effect) -> Option<ModelOfReleases> {
+        let smaller = self.removed(model, effect).ok()?;
+        if smaller.is_fitted() {
+            return Some(smaller);
+        }
+        // From the beginning, where it is not to be had from the larger one.
+        let named = &smaller.effects[self.plain.effects.len()..];
+        self.begun(named, model.fits[0].structure.about_rest).ok()
+    }
+    fn is_worth(&self, smaller: &ModelOfReleases, larger: &ModelOfReleases) -> bool {
+        let mut more = larger.effects.iter().filter(|e| !smaller.effects.contains(e));
+        !smaller.is_fitted() || more.any(|e| self.evidence(&smaller.fits, &larger.fits, e) > MARGIN)
+    }
+    fn misfit(&self, model: &ModelOfReleases) -> f64 {
+        over_noise(&model.fits, self.decays)
+    }
+    fn stop(&self) -> &Stop {
+        &self.decays[0].stop
     }
 }
 
