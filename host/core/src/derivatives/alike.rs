@@ -4,9 +4,6 @@
 use super::condition::Condition;
 use crate::identify::AtAmplitude;
 
-/// Amplitudes that both releases have, at least: of fewer, nothing is said.
-const LEAST_AMPLITUDES: usize = 3;
-
 /// Correlation of the errors that a missing law puts into wn, and into 2 zeta wn, of a condition with wind
 /// and of the one without. It shows in how wn^2 and 2 zeta wn at an amplitude depart from those that were
 /// fitted to the whole, by `s_on` and `s_off`: of the two errors' squares sum (s_on - s_off)^2 / sum (s_on^2
@@ -37,7 +34,8 @@ fn correlation(
         .filter_map(|there| Some((AtAmplitude::between(on, there.amplitude_deg)?, there)))
         .map(|(on, off)| (of(&on) - fitted_on, of(off) - fitted_off))
         .collect();
-    if departures.len() < LEAST_AMPLITUDES {
+    // Of fewer amplitudes that both releases have nothing is said.
+    if departures.len() < 3 {
         return 0.0;
     }
     let each: f64 = departures.iter().map(|(on, off)| on * on + off * off).sum();

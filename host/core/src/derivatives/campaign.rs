@@ -249,7 +249,7 @@ impl Campaign {
         }
     }
 
-    /// Izz about each axis, in the order of [`Axis::BOTH`], and its standard uncertainty, where they are given.
+    /// Izz about each axis, in the order of [`Axis::BOTH`], and its standard uncertainty, where given.
     pub(crate) fn known_inertia(&self) -> [(Option<f64>, Option<f64>); 2] {
         let known = self.inertia.clone().unwrap_or_default();
         [(known.mid_kg_m2, known.mid_u_kg_m2), (known.front_kg_m2, known.front_u_kg_m2)]

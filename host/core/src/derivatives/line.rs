@@ -4,9 +4,6 @@
 //! slope, intercept, and standard errors of the best straight line", Am. J. Phys. 72 (2004) 367, without
 //! correlation between the two errors of a point.
 
-/// Iterations after which the slope has settled to rounding for any sensible data.
-const ITERATIONS: usize = 50;
-
 /// A point with the standard uncertainties of its coordinates, not both zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Point {
@@ -52,7 +49,8 @@ pub(crate) fn fit(points: &[Point]) -> Option<StraightLine> {
         return None;
     }
     let mut slope = sxy / sxx;
-    for _ in 0..ITERATIONS {
+    // For any sensible data it settles to rounding sooner.
+    for _ in 0..50 {
         let (centre, weights) = centre(points, slope);
         let (mut above, mut below) = (0.0, 0.0);
         for (p, w) in points.iter().zip(weights) {

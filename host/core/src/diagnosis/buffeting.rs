@@ -42,14 +42,10 @@ pub(crate) struct Buffeted {
     pub(crate) state_dependence: f64,
 }
 
-/// Parts of a record that must agree, and the cycles that each has to hold: in fewer the forcing, three
-/// numbers and a random moment, follows any law.
+/// Parts of a record that must agree.
 const QUARTERS: usize = 4;
-const CYCLES: f64 = 2.0;
 /// First steps in the logarithm of the intensity, the frequency and the damping ratio.
 const FREE: [f64; 3] = [1.0, 1e-3, 3e-3];
-/// Means a cycle that the filter is given at least.
-const PER_CYCLE: f64 = 12.0;
 
 struct Run {
     /// Minus twice the log likelihood but for a constant.
@@ -124,7 +120,7 @@ fn state_dependence(run: &Run) -> f64 {
 /// Neighbouring means of the swing that the filter averages: it needs a dozen a cycle, and the longer a mean
 /// the less its noise has to do with the next.
 fn means_per_block(decay: &FreeDecay) -> usize {
-    (decay.per_cycle() / PER_CYCLE).max(1.0) as usize
+    (decay.per_cycle() / 12.0).max(1.0) as usize
 }
 
 fn reduced(series: &[f64], means_per_block: usize) -> Vec<f64> {
@@ -184,7 +180,8 @@ fn fit_series(
     states: Option<&[[f64; 2]]>,
 ) -> Option<Buffeted> {
     // The filter reads the angle. Of a rate or an acceleration the noise floor holds part of the forcing.
-    let is_long = decay.yaw_rad.len() as f64 >= CYCLES * QUARTERS as f64 * decay.per_cycle();
+    // In fewer than two cycles a quarter the forcing, three numbers and a random moment, follows any law.
+    let is_long = decay.yaw_rad.len() as f64 >= 2.0 * QUARTERS as f64 * decay.per_cycle();
     if !decay.measurand.shows_rest() || !is_long {
         return None;
     }

@@ -22,9 +22,6 @@ use crate::quantity::Quantity;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Standard deviation of ln q beyond which nothing is known of it.
-const MOST_LOG_DEVIATION: f64 = 3.0;
-
 impl Campaign<'_> {
     /// Random forcing of each release beside its plain model, where most name it and the effects of the
     /// `last` do not explain them.
@@ -40,8 +37,9 @@ impl Campaign<'_> {
     /// The verdict that a random moment moves the model.
     fn add_random(&self, found: &mut Diagnosis, forcing: &[Buffeted]) {
         let effect = Effect::random();
-        // Where there is none the likelihood is flat in ln q, and gives no deviation.
-        let limited = |q: Quantity| Quantity::new(q.value, q.u.min(MOST_LOG_DEVIATION * q.value));
+        // Where there is none the likelihood is flat in ln q and gives no deviation; beyond one of three
+        // nothing is known of it.
+        let limited = |q: Quantity| Quantity::new(q.value, q.u.min(3.0 * q.value));
         let intensity: Vec<Quantity> = forcing.iter().map(|f| limited(f.intensity)).collect();
         let seen = self.by_condition(|i| Some(intensity[i]));
         let (origin, reason) = origin::decide(&seen, &effect.parameters()[0].unit);

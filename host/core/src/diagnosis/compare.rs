@@ -10,18 +10,10 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-const TIME_BINS: usize = 20;
 /// From zero to the largest angle or rate; of a cut on each side of zero.
 const AMPLITUDE_BINS: usize = 8;
 /// Cells of the phase plane on each side of zero.
 const PHASE_CELLS: i32 = 4;
-/// How far from a cut a state may be: tangent of the angle in the plane.
-const CUT_WIDTH: f64 = 0.25;
-const FREQUENCY_BINS: usize = 24;
-/// Highest frequency of the residual's spectrum shown, in multiples of the natural frequency.
-const HIGHEST: f64 = 6.0;
-/// Half width of the local parabola from which the residual's curvature is estimated, in cycles.
-const HALF_WIDTH_CYCLES: f64 = 0.12;
 
 /// Residual (record less model) where it is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -169,7 +161,7 @@ pub fn locate_within(decay: &FreeDecay, model: &Fitted, part: Range<usize>) -> W
 }
 
 fn time(decay: &FreeDecay, start_s: f64, residual: &[f64]) -> Vec<TimeBin> {
-    let width = residual.len().div_ceil(TIME_BINS).max(1);
+    let width = residual.len().div_ceil(20).max(1);
     residual
         .chunks(width)
         .enumerate()
@@ -222,7 +214,8 @@ fn missing_moments(
 ) -> Vec<Missing> {
     let (wn, zeta) = (model.parameters[0], model.parameters[1]);
     let h = decay.grid.step_s;
-    let half = ((HALF_WIDTH_CYCLES * decay.per_cycle()) as usize).max(1);
+    // Each over so much of a cycle to either side.
+    let half = ((0.12 * decay.per_cycle()) as usize).max(1);
     if residual.len() <= 2 * half {
         return Vec::new();
     }
@@ -284,7 +277,8 @@ fn cut(
 ) -> Vec<(f64, Quantity)> {
     let inside = |s: &Missing| {
         let (across, along) = split(s);
-        across.abs() < CUT_WIDTH * along.abs()
+        // The tangent of the angle from the line, in the plane.
+        across.abs() < 0.25 * along.abs()
     };
     let most = AMPLITUDE_BINS as i32;
     let mut cells = vec![Vec::<(f64, f64)>::new(); 2 * AMPLITUDE_BINS + 1];
@@ -313,8 +307,10 @@ fn frequency(decay: &FreeDecay, residual: &[f64]) -> Vec<FrequencyBin> {
     let power = power(residual.to_vec());
     let total: f64 = power.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let spacing = 1.0 / (n as f64 * decay.grid.step_s);
-    let width = HIGHEST * decay.frequency_rad_s / TAU / FREQUENCY_BINS as f64;
-    (0..FREQUENCY_BINS)
+    // Four bins from each harmonic to the next, up to the sixth.
+    let bins = 24;
+    let width = 6.0 * decay.frequency_rad_s / TAU / bins as f64;
+    (0..bins)
         .map(|k| {
             let inside = |i: &usize| (*i as f64 * spacing / width) as usize == k;
             let share = (0..power.len()).filter(inside).map(|i| power[i]).sum::<f64>() / total;

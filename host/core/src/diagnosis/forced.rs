@@ -14,8 +14,6 @@ use crate::fit::problem::{problem_of_one, JointProblem, Release, EVALUATIONS};
 use crate::motion::random::Whitener;
 use crate::solver::{minimise, Fit, Options, Problem, Rows};
 
-/// Effects beside random forcing, at most, for speed: each is fitted through the filter.
-const MOST_BESIDE: usize = 2;
 /// Standard deviations that chance does not bring: once in 16 000 records. All that is asked of innovations is
 /// asked at this level.
 pub(super) const BEYOND_CHANCE: f64 = 4.0;
@@ -201,7 +199,8 @@ pub(crate) fn search(
     let mut model = plain.clone();
     let there = plain.structure.effects.len();
     let states = &forced_states(decay, plain, &forcing)?;
-    while model.structure.effects.len() - there < MOST_BESIDE {
+    // No third, for speed: each is fitted through the filter.
+    while model.structure.effects.len() - there < 2 {
         let known = Known { whitener: whitener(decay, &forcing)?, states };
         let smaller = solve(decay, &model.structure, &model.parameters, &known);
         let mut inner = model.clone();

@@ -20,9 +20,6 @@ use crate::record::{same_measurand, Record};
 use crate::statistics::weighted_rms;
 use crate::stop::Stop;
 
-/// So many releases are judged by themselves, those that the model explains worst that is there already.
-const JUDGED: usize = 8;
-
 /// The free decays of `records`, with the wind speed of each.
 ///
 /// # Errors
@@ -56,12 +53,12 @@ impl ModelOfReleases {
         self.fits.iter().all(|fit| fit.sum_of_squares.is_finite())
     }
 
-    /// The releases it explains worst.
+    /// The releases it explains worst, as many as are judged by themselves.
     fn worst(&self, decays: &[FreeDecay]) -> Vec<usize> {
         let over: Vec<f64> = self.fits.iter().zip(decays).map(|(f, d)| f.over_noise(d)).collect();
         let mut all: Vec<usize> = (0..over.len()).collect();
         all.sort_by(|&a, &b| over[b].total_cmp(&over[a]));
-        all.truncate(JUDGED);
+        all.truncate(8);
         all.sort_unstable();
         all
     }

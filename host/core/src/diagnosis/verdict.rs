@@ -16,12 +16,8 @@ use std::f64::consts::TAU;
 /// What a diagnosis begins with where no model is there.
 pub const SECOND_ORDER: &str = "the second-order model";
 
-/// Share of the amplitude that may be left where a model mostly explains a record.
-const SMALL_RESIDUAL: f64 = 0.01;
 /// Of a smaller model's mean square, what a model leaves at most that accounts for most of it.
 pub(crate) const MOST_LEFT: f64 = 0.25;
-/// Residual of a part of the amplitudes, over that of all, from which on it is named.
-const STANDS_OUT: f64 = 1.3;
 
 /// What is left where a model explains the record.
 const NOISE: &str = "no more than the noise";
@@ -227,13 +223,14 @@ impl ReleaseVerdict {
 }
 
 impl Left {
-    /// What is to be said where `effects` leave this: of a definite model, chosen by what it predicts.
+    /// What is to be said where `effects` leave this: of a definite model, chosen by what it predicts. One
+    /// that leaves less than a hundredth of the amplitude mostly explains a record.
     fn status(&self, is_explained: bool, effects: &[Effect]) -> Status {
         let more = effects.iter().any(|e| !e.moves_rest());
         match (is_explained, effects.is_empty()) {
             (true, true) => Status::Adequate,
             (true, false) => Status::Explained,
-            (false, _) if self.share_of_amplitude < SMALL_RESIDUAL => Status::MostlyExplained,
+            (false, _) if self.share_of_amplitude < 0.01 => Status::MostlyExplained,
             (false, _) if more && self.share_of_misfit < MOST_LEFT => Status::MostlyExplained,
             (false, _) => Status::Unexplained,
         }
@@ -293,7 +290,8 @@ fn in_words(decay: &FreeDecay, where_: &Where) -> String {
     let bins = &where_.amplitude;
     let unit = decay.measurand.coordinate_unit();
     let all = rms(bins.iter().map(|b| b.rms_deg));
-    let out = |b: &compare::AmplitudeBin| b.rms_deg > STANDS_OUT * all;
+    // Named where a third more is left there than at all amplitudes.
+    let out = |b: &compare::AmplitudeBin| b.rms_deg > 1.3 * all;
     let above = bins.iter().rev().take_while(|b| out(b)).last();
     let below = bins.iter().take_while(|b| out(b)).last();
     match (above, below) {

@@ -2,20 +2,16 @@
 
 use super::super::campaign::Campaign;
 use super::super::doubt::{Doubt, Kind};
-use super::frame::{is_impossible, Frame, Misfit, Node, Place, DISAGREES};
-use super::mistake::{about, candidates, Mistake};
+use super::frame::{Frame, Misfit, Node, Place, DISAGREES};
+use super::mistake::{about, candidates, is_impossible, Mistake};
 use super::ranges::{STIFFNESS, WIND};
 use yawrig_shared::axis::Axis;
-
-/// Mistakes that are looked for one after the other.
-const MOST_MISTAKES: usize = 6;
-/// Ln of wn^2 within which a record is like another.
-const LIKE: f64 = 5e-3;
 
 pub(super) fn doubts(campaign: &Campaign, frame: &Frame) -> Vec<Doubt> {
     let mut frame = frame.clone();
     let mut all = Vec::new();
-    for _ in 0..MOST_MISTAKES {
+    // One mistake after the other.
+    for _ in 0..6 {
         let Some((mistake, told)) = mistake(campaign, &frame) else { break };
         frame = mistake.undone(&frame);
         all.push(told);
@@ -193,8 +189,9 @@ fn unexplained(campaign: &Campaign, frame: &Frame, left: &[Misfit]) -> Vec<Doubt
                 file(node)
             )),
         };
+        // Within half a percent of wn^2.
         let like = frame.nodes.iter().enumerate().find(|(k, node)| {
-            !about.contains(k) && (node.square / frame.nodes[first].square).ln().abs() < LIKE
+            !about.contains(k) && (node.square / frame.nodes[first].square).ln().abs() < 5e-3
         });
         let like = like.map_or(String::new(), |(k, _)| {
             format!("; {} has the frequency of {}", file(first), file(k))

@@ -24,17 +24,6 @@ const FREQUENCY_U: f64 = 5e-4;
 const REPEAT_U: f64 = 3e-3;
 /// A misfit of so many standard uncertainties does not go with the others.
 pub(super) const DISAGREES: f64 = 5.0;
-/// A number so many times too large or too small is no number that is a little off.
-const IMPOSSIBLE: f64 = 3.0;
-/// This quantile of the misfits of sound ones says by how much they scatter more than that; a normal's is
-/// 0.524 sigma.
-const QUANTILE: f64 = 0.4;
-const OF_NORMAL: f64 = 0.524;
-
-/// Whether a number is so many times what it should be that no sound one is.
-pub(super) fn is_impossible(ratio: f64) -> bool {
-    !(1.0 / IMPOSSIBLE..=IMPOSSIBLE).contains(&ratio)
-}
 
 /// A release's squared natural frequency and damping, and what it was made under.
 #[derive(Clone, Copy, Debug)]
@@ -397,7 +386,8 @@ fn scaled(mut misfits: Vec<Misfit>) -> Vec<Misfit> {
     }
     let mut sizes: Vec<f64> = misfits.iter().map(|m| m.z).collect();
     sizes.sort_by(f64::total_cmp);
-    let scatter = sizes[((sizes.len() - 1) as f64 * QUANTILE) as usize] / OF_NORMAL;
+    // The 0.4 quantile, which is one of sound ones; a normal's is 0.524 sigma.
+    let scatter = sizes[((sizes.len() - 1) as f64 * 0.4) as usize] / 0.524;
     misfits.iter_mut().for_each(|m| m.z /= scatter.max(1.0));
     misfits
 }

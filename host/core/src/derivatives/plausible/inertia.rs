@@ -3,7 +3,8 @@
 
 use super::super::campaign::Campaign;
 use super::super::doubt::{Doubt, Kind};
-use super::frame::{is_impossible, Frame, Line, STIFFNESS_U};
+use super::frame::{Frame, Line, STIFFNESS_U};
+use super::mistake::is_impossible;
 use yawrig_shared::axis::Axis;
 use yawrig_shared::derivatives::side_force;
 

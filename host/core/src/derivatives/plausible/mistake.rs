@@ -5,6 +5,9 @@ use super::frame::{Frame, Misfit, Node, Place, DISAGREES};
 /// Releases of which every exchange with any other is tried.
 const MOST_TRIED: usize = 24;
 
+/// A number so many times too large or too small is no number that is a little off.
+const IMPOSSIBLE: f64 = 3.0;
+
 /// A stiffness or a speed stated in this is so many times what it is in the unit asked for.
 const STIFFNESS_UNITS: [(f64, &str); 10] = [
     (1e-3, "it is in N/mm"),
@@ -27,6 +30,11 @@ const WIND_UNITS: [(f64, &str); 5] = [
 ];
 /// A record whose time runs so many times too fast, or too slowly.
 const CLOCKS: [f64; 10] = [2.0, 0.5, 10.0, 0.1, 5.0, 0.2, 4.0, 0.25, 1000.0, 0.001];
+
+/// Whether a number is so many times what it should be that no sound one is.
+pub(super) fn is_impossible(ratio: f64) -> bool {
+    !(1.0 / IMPOSSIBLE..=IMPOSSIBLE).contains(&ratio)
+}
 
 /// A mistake that may have been made.
 #[derive(Clone, Debug)]
