@@ -53,7 +53,7 @@ impl SearchStart {
         let plain = present(decay, options)?;
         let there = &plain.structure.effects;
         let mut candidates = library(decay, there);
-        candidates.retain(|e| !e.is_flexible() && !(zero_unknown && e.moves_rest()));
+        candidates.retain(|e| !(e.is_flexible() || zero_unknown && e.moves_rest()));
         for own in options.own.iter().filter(|e| e.is_own()) {
             if !candidates.contains(own) && !there.contains(own) {
                 candidates.push(own.clone());
