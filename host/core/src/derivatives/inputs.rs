@@ -5,7 +5,7 @@ use super::campaign::Campaign;
 use super::condition::{Condition, Setting};
 use super::line::{self, Point, StraightLine};
 use super::repeats::Mean;
-use super::table::Budget;
+use super::table::{Budget, PARTNER_SPEED};
 use std::collections::HashMap;
 use yawrig_shared::axis::Axis;
 use yawrig_shared::derivatives::{
@@ -13,9 +13,6 @@ use yawrig_shared::derivatives::{
     YawDerivatives,
 };
 use yawrig_shared::modal::Modal;
-
-/// The two axes of a point may have been measured at wind speeds this far apart, relative.
-pub(super) const PARTNER_SPEED: f64 = 0.05;
 
 /// Where a standard uncertainty comes from: its share in the budget.
 type Source = fn(&mut Budget) -> &mut f64;

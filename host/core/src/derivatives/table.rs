@@ -3,11 +3,13 @@
 use super::at::At;
 use super::condition::{scatter, Condition, Identified, Scatter};
 use super::doubt::Doubt;
-use super::inputs::PARTNER_SPEED;
 use crate::quantity::Quantity;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use yawrig_shared::axis::Axis;
+
+/// The two axes of a point may have been measured at wind speeds this far apart, relative.
+pub(super) const PARTNER_SPEED: f64 = 0.05;
 
 /// Contributions to a standard uncertainty (k = 1), in the unit of the value; their squares add up to its
 /// square.

@@ -1,8 +1,8 @@
 //! The options of a diagnosis, and what it answers.
 
-use crate::derivatives::campaign::ReleaseEntry;
 use crate::derivatives::table::Point;
 use crate::diagnosis::compare::Where;
+pub use crate::diagnosis::origin::Condition;
 use crate::diagnosis::origin::Origin;
 use crate::effects::Effect;
 use crate::fit::at_amplitude::AtAmplitude;
@@ -14,7 +14,6 @@ use crate::roll::{RollDecay, Ship};
 use crate::stop::Stop;
 use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
-use yawrig_shared::axis::Axis;
 
 /// Share of the record that is fitted when the rest is held out.
 pub const FITTED_SHARE: f64 = 0.65;
@@ -210,24 +209,6 @@ fn with_its_numbers<S: Serializer>(modal: &Modal, to: S) -> Result<S::Ok, S::Err
         numbers: &'a Modal,
     }
     Both { modal, numbers: modal }.serialize(to)
-}
-
-/// The condition of a campaign's release.
-#[derive(Clone, Debug, Serialize)]
-pub struct Condition {
-    /// Name of the springs.
-    pub spring: String,
-    /// The axis that the model turns about.
-    pub axis: Axis,
-    /// 0: wind off.
-    pub wind_speed_m_s: f64,
-}
-
-impl Condition {
-    pub(super) fn of(release: &ReleaseEntry) -> Self {
-        let ReleaseEntry { spring, axis, wind_speed_m_s, .. } = release;
-        Self { spring: spring.clone(), axis: *axis, wind_speed_m_s: *wind_speed_m_s }
-    }
 }
 
 /// The size of an effect in one condition.

@@ -1,6 +1,5 @@
 //! The entry: what the releases of a rig, or of a campaign, lack.
 
-use crate::derivatives::campaign::Campaign;
 pub use crate::diagnosis::answer::{
     step, BeforeAndAfter, Candidate, Coefficient, Condition, Diagnosed, Diagnosis, HeldOut, Left,
     Options, ReleaseVerdict, Status, Step, FITTED_SHARE,
@@ -8,7 +7,7 @@ pub use crate::diagnosis::answer::{
 use crate::diagnosis::one::of_one;
 pub use crate::diagnosis::over_pieces::fit_over_pieces;
 use crate::diagnosis::several::of_several;
-pub use crate::diagnosis::several_fit::Common;
+pub use crate::diagnosis::several_fit::{Common, Grouping};
 pub use crate::diagnosis::verdict::{name_of, SECOND_ORDER};
 use crate::error::{Error, Result};
 pub use crate::fit::fitting::Modal;
@@ -16,22 +15,6 @@ use crate::fit::free_decay::FreeDecay;
 use crate::identify::gaps::{self, Warning};
 use crate::identify::several;
 use crate::record::Record;
-
-/// What releases have to do with each other.
-#[derive(Clone, Debug)]
-pub enum Grouping<'a> {
-    /// One rig in one condition; a release by itself is one of these.
-    Rig(Common),
-    /// A campaign's, in its order: wind, springs and axis of each are known. It begins from the
-    /// second-order model, whatever is present.
-    Campaign(&'a Campaign),
-}
-
-impl Default for Grouping<'_> {
-    fn default() -> Self {
-        Self::Rig(Common::default())
-    }
-}
 
 /// Judges `releases`, one or several.
 ///

@@ -1,10 +1,29 @@
 //! Where an effect comes from: the rig, the air, or undecided; and which releases share its coefficient.
 
+use crate::derivatives::campaign::ReleaseEntry;
 use crate::derivatives::condition::is_same_speed;
-use crate::diagnosis::answer::Condition;
 use crate::quantity::{chi_squared, weighted_mean, Quantity, CHANCE};
 use serde::Serialize;
 use std::fmt;
+use yawrig_shared::axis::Axis;
+
+/// The condition of a campaign's release.
+#[derive(Clone, Debug, Serialize)]
+pub struct Condition {
+    /// Name of the springs.
+    pub spring: String,
+    /// The axis that the model turns about.
+    pub axis: Axis,
+    /// 0: wind off.
+    pub wind_speed_m_s: f64,
+}
+
+impl Condition {
+    pub(super) fn of(release: &ReleaseEntry) -> Self {
+        let ReleaseEntry { spring, axis, wind_speed_m_s, .. } = release;
+        Self { spring: spring.clone(), axis: *axis, wind_speed_m_s: *wind_speed_m_s }
+    }
+}
 
 /// A coefficient this many standard uncertainties from zero is there.
 const THERE: f64 = 5.0;

@@ -7,14 +7,13 @@
 //! pieces of all, as over those of one.
 
 use crate::diagnosis::answer::{
-    Diagnosed, Diagnosis, HeldOut, Options, ReleaseVerdict, Status, Step,
+    Candidate, Diagnosed, Diagnosis, HeldOut, Options, ReleaseVerdict, Status, Step,
 };
 use crate::diagnosis::campaign_fit::Campaign;
-use crate::diagnosis::diagnose::Grouping;
 use crate::diagnosis::likelihood::are_explained;
 use crate::diagnosis::origin::OWN;
 use crate::diagnosis::releases::{self, ModelOfReleases, ReleaseAnswers};
-use crate::diagnosis::several_fit::{Common, Predicted, Rig, Together};
+use crate::diagnosis::several_fit::{Common, Grouping, Predicted, Rig, Together};
 use crate::diagnosis::verdict::{name_of, Chosen};
 use crate::effects::Effect;
 use crate::error::Result;
@@ -56,37 +55,10 @@ pub(super) fn of_several(
 
     let rig = Rig { decays: &decays, common };
     let campaign = made.map(|made| Campaign::new(made, records, &decays));
-    let together = |model: &ModelOfReleases| {
-        options.stop.check()?;
-        match &campaign {
-            Some(campaign) => campaign.together(model),
-            None => Ok(rig.together(model)),
-        }
-    };
-    let explains = |fits: &[Fitted]| are_explained(fits, &decays);
-    let each = judged.path.last().expect("a model");
     // What pieces do not show is not judged by them.
     let at_once = made.is_some() || is_forced || !there.iter().all(Effect::shows_in_pieces);
-    let near = (at_once || explains(&each.fits))
-        .then(|| judged.path.iter().map(together).collect::<Result<Vec<Together>>>())
-        .transpose()?
-        .filter(|path| at_once || path.last().is_some_and(|last| explains(&last.joint.fits)));
-    let mut candidates = judged.alone.candidates();
-    let (path, indistinguishable, held_out) = match near {
-        Some(path) => {
-            let held_out = campaign.as_ref().map_or(HeldOut::Releases, Campaign::held_out);
-            (path, judged.alone.indistinguishable(&each.effects), held_out)
-        }
-        None => {
-            let Predicted { path, alike, refused } =
-                rig.by_prediction(&judged, &options.own, &structure)?;
-            for candidate in &mut candidates {
-                let refusal = refused.iter().find(|r| r.effect == candidate.effect);
-                candidate.reason = candidate.reason.take().or(refusal.map(|r| r.reason.clone()));
-            }
-            (path, alike, HeldOut::Pieces)
-        }
-    };
+    let Models { path, indistinguishable, held_out, candidates } =
+        models(&rig, campaign.as_ref(), &judged, at_once, &options.own, &structure)?;
     options.stop.check()?;
 
     // Of a campaign every sample counts alike, of a rig every release.
@@ -131,6 +103,63 @@ pub(super) fn of_several(
         path.truncate(1);
     }
     Ok(Diagnosed { diagnosis: found, decays, singles: Vec::new(), path })
+}
+
+/// The models of all releases, from the one that is there to that of the answer.
+struct Models {
+    path: Vec<Together>,
+    indistinguishable: Vec<[Effect; 2]>,
+    held_out: HeldOut,
+    candidates: Vec<Candidate>,
+}
+
+/// Those with what the releases' own answers name, or where these are not down to the noise those that survive
+/// prediction.
+fn models(
+    rig: &Rig,
+    campaign: Option<&Campaign>,
+    judged: &ReleaseAnswers,
+    at_once: bool,
+    own: &[Effect],
+    structure: &Structure,
+) -> Result<Models> {
+    let mut candidates = judged.alone.candidates();
+    if let Some(path) = at_once_in_all(rig, campaign, judged, at_once)? {
+        let held_out = campaign.map_or(HeldOut::Releases, Campaign::held_out);
+        let effects = &judged.path.last().expect("a model").effects;
+        let indistinguishable = judged.alone.indistinguishable(effects);
+        return Ok(Models { path, indistinguishable, held_out, candidates });
+    }
+    let Predicted { path, alike, refused } = rig.by_prediction(judged, own, structure)?;
+    for candidate in &mut candidates {
+        let refusal = refused.iter().find(|r| r.effect == candidate.effect);
+        candidate.reason = candidate.reason.take().or(refusal.map(|r| r.reason.clone()));
+    }
+    Ok(Models { path, indistinguishable: alike, held_out: HeldOut::Pieces, candidates })
+}
+
+/// The models with what the releases' own answers name, in all of them at once; `None` where the last is not down
+/// to the noise, unless that `stands` all the same.
+fn at_once_in_all(
+    rig: &Rig,
+    campaign: Option<&Campaign>,
+    judged: &ReleaseAnswers,
+    stands: bool,
+) -> Result<Option<Vec<Together>>> {
+    let explains = |fits: &[Fitted]| stands || are_explained(fits, rig.decays);
+    if !explains(&judged.path.last().expect("a model").fits) {
+        return Ok(None);
+    }
+    let together = |model: &ModelOfReleases| {
+        rig.decays[0].stop.check()?;
+        match campaign {
+            Some(campaign) => campaign.together(model),
+            None => Ok(rig.together(model)),
+        }
+    };
+    let path = judged.path.iter().map(together).collect::<Result<Vec<Together>>>()?;
+    let last = path.last().expect("a model");
+    Ok(explains(&last.joint.fits).then_some(path))
 }
 
 /// An effect more at each of `path` than are `present`; residuals of the releases by their `weight`.

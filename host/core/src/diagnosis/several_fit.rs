@@ -2,6 +2,7 @@
 //! all of them need at once, or that survive prediction over the pieces of all.
 
 use crate::at_once::AtOnce;
+use crate::derivatives::campaign::Campaign;
 use crate::diagnosis::account;
 use crate::diagnosis::alike::alike;
 use crate::diagnosis::guards::{self, Refusal};
@@ -26,6 +27,22 @@ pub struct Common {
     pub same_rig: bool,
     /// Effects of which each release has a coefficient of its own.
     pub own: Vec<Effect>,
+}
+
+/// What releases have to do with each other.
+#[derive(Clone, Debug)]
+pub enum Grouping<'a> {
+    /// One rig in one condition; a release by itself is one of these.
+    Rig(Common),
+    /// A campaign's, in its order: wind, springs and axis of each are known. It begins from the
+    /// second-order model, whatever is present.
+    Campaign(&'a Campaign),
+}
+
+impl Default for Grouping<'_> {
+    fn default() -> Self {
+        Self::Rig(Common::default())
+    }
 }
 
 impl Common {

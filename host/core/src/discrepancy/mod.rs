@@ -26,6 +26,7 @@ mod swing;
 
 use self::random::Shaken;
 pub(crate) use self::shapes::{add_shape, responses, SHAPES};
+pub use self::sums::enough;
 use self::sums::{Likeliest, Sums};
 pub(crate) use self::sums::{Observed, ABOVE_NOISE};
 pub(crate) use self::swing::Swing;

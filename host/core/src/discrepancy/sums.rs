@@ -2,12 +2,16 @@
 
 use super::shapes::{order, SHAPES, STIFFNESS_SHAPES};
 use super::swing::Swing;
-use crate::fit::fitting::enough;
 use crate::solver::{Normal, Rows};
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
 /// Residual over the noise beyond which it is more than noise, whose floor is known to some six per cent.
 pub(crate) const ABOVE_NOISE: f64 = 1.1;
+
+/// Sum of squares over the noise of so many residuals that is no more than noise: no further start is tried.
+pub fn enough(count: usize) -> f64 {
+    ABOVE_NOISE * ABOVE_NOISE * count as f64
+}
 
 /// Rows of one release: residuals (model less record) with their derivatives by the model's numbers and by
 /// the shapes' strengths, all over the noise.

@@ -4,7 +4,7 @@ use crate::bic;
 use crate::discrepancy::Discrepancy;
 use crate::effects::Effect;
 use crate::fit::free_decay::{Around, FreeDecay};
-use crate::fit::problem::{problem_of_one, Release};
+use crate::fit::problem::{problem_of_one, Part, Release};
 use crate::fit::structure::{Structure, PLAIN};
 use crate::motion::oscillator::{Grid, Motion};
 use crate::quantity::Quantity;
@@ -345,5 +345,25 @@ impl Fitted {
     pub fn readings(&self, grid: &Grid) -> Vec<f64> {
         let (motion, zero) = self.structure.motion(&self.parameters, self.around);
         motion.readings(grid).into_iter().map(|y| y + zero).collect()
+    }
+}
+
+impl Part<'_> {
+    /// The release's model in a fit that found the numbers `all`.
+    pub(crate) fn fitted(
+        &self,
+        all: &[f64],
+        converged: bool,
+        covariance: Option<&DMatrix<f64>>,
+    ) -> Fitted {
+        let (p, decay) = (self.numbers(all), self.release.decay);
+        let (motion, zero) = self.motion(&p);
+        let mut residuals = match self.states {
+            None => motion.readings(&self.grid()),
+            Some(states) => motion.readings_along(states, &self.grid()),
+        };
+        residuals.iter_mut().zip(&decay.yaw_rad).for_each(|(r, y)| *r += zero - y);
+        let own = covariance.map(|c| c.select_rows(&self.places).select_columns(&self.places));
+        Fitted::new(self.structure.clone(), p, residuals, converged, own, decay.around())
     }
 }

@@ -2,7 +2,7 @@
 //! coefficient.
 
 use crate::at_once::AtOnce;
-use crate::discrepancy::ABOVE_NOISE;
+pub use crate::discrepancy::enough;
 use crate::effects::Effect;
 pub use crate::fit::fitted::{Covariance, Fitted, Modal};
 use crate::fit::free_decay::FreeDecay;
@@ -10,11 +10,6 @@ use crate::fit::problem::{lengthened, problem_of_one, Release, EVALUATIONS};
 use crate::fit::segments::{FINE, FIRST_STEPS};
 pub use crate::fit::structure::{Limit, Number, Structure};
 use crate::solver::Fit;
-
-/// Sum of squares over the noise of so many residuals that is no more than noise: no further start is tried.
-pub fn enough(count: usize) -> f64 {
-    ABOVE_NOISE * ABOVE_NOISE * count as f64
-}
 
 fn solve(decay: &FreeDecay, structure: &Structure, start: &[f64], count: usize) -> Fit {
     solve_in(decay, structure, start, count, EVALUATIONS)

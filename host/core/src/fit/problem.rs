@@ -3,7 +3,6 @@
 use crate::at_once::AtOnce;
 use crate::discrepancy::{self, Discrepancy, Observed, Swing};
 use crate::effects::Effect;
-use crate::fit::fitted::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::sharing::{Places, Sharing};
 use crate::fit::structure::Structure;
@@ -72,34 +71,16 @@ pub(crate) struct Part<'a> {
 }
 
 impl Part<'_> {
-    fn motion(&self, p: &[f64]) -> (Motion, f64) {
+    pub(crate) fn motion(&self, p: &[f64]) -> (Motion, f64) {
         self.structure.motion(p, self.release.decay.around())
     }
 
-    fn grid(&self) -> Grid {
+    pub(crate) fn grid(&self) -> Grid {
         Grid { count: self.release.count, ..self.release.decay.grid }
     }
 
-    fn numbers(&self, all: &[f64]) -> Vec<f64> {
+    pub(crate) fn numbers(&self, all: &[f64]) -> Vec<f64> {
         self.places.iter().map(|&at| all[at]).collect()
-    }
-
-    /// The release's model in a fit that found the numbers `all`.
-    pub(crate) fn fitted(
-        &self,
-        all: &[f64],
-        converged: bool,
-        covariance: Option<&DMatrix<f64>>,
-    ) -> Fitted {
-        let (p, decay) = (self.numbers(all), self.release.decay);
-        let (motion, zero) = self.motion(&p);
-        let mut residuals = match self.states {
-            None => motion.readings(&self.grid()),
-            Some(states) => motion.readings_along(states, &self.grid()),
-        };
-        residuals.iter_mut().zip(&decay.yaw_rad).for_each(|(r, y)| *r += zero - y);
-        let own = covariance.map(|c| c.select_rows(&self.places).select_columns(&self.places));
-        Fitted::new(self.structure.clone(), p, residuals, converged, own, decay.around())
     }
 
     /// Residuals and their derivatives by the free numbers, over the noise, at the parameters `all`.
