@@ -281,7 +281,7 @@ fn rivals(
             .flatten()
             .collect()
     };
-    let each = effects.iter().zip(without.iter().flatten());
+    let each = effects.iter().zip(without).filter_map(|(e, inner)| Some((e, inner.as_ref()?)));
     each.map_at_once(in_place_of).flatten().collect()
 }
 
