@@ -54,7 +54,7 @@ fn separator(bytes: &[u8]) -> u8 {
 
 /// A finite number, or why it is none. A comma is its decimal sign where it does not part the columns.
 fn number(field: &[u8], separator: u8) -> std::result::Result<f64, String> {
-    let text = String::from_utf8_lossy(field);
+    let text = String::from_utf8_lossy(field.trim_ascii());
     let is_decimal = separator != b',' && !text.contains('.') && text.matches(',').count() == 1;
     let parsed = match is_decimal {
         true => text.replace(',', ".").parse::<f64>(),
@@ -88,11 +88,11 @@ fn sample(
     }
     let time_s =
         number(&row[0], separator).map_err(|why| (format!("time_s: {why}"), REPAIR.to_owned()))?;
-    if row[1].is_empty() {
+    if row[1].trim_ascii().is_empty() {
         return Ok(None);
     }
     let yaw = number(&row[1], separator).map_err(|why| {
-        let is_gap = row[1].eq_ignore_ascii_case(b"nan");
+        let is_gap = row[1].trim_ascii().eq_ignore_ascii_case(b"nan");
         (format!("yaw angle: {why}"), if is_gap { as_gaps() } else { REPAIR.to_owned() })
     })?;
     Ok(Some((time_s, yaw)))
@@ -128,7 +128,6 @@ pub(super) fn of_bytes(file: &Path, bytes: &[u8]) -> Result<Record> {
         .delimiter(separator)
         .has_headers(false)
         .flexible(true)
-        .trim(csv::Trim::All)
         .from_reader(bytes);
     let mut row = ByteRecord::new();
     if !reader.read_byte_record(&mut row).map_err(unreadable)? {
@@ -136,7 +135,7 @@ pub(super) fn of_bytes(file: &Path, bytes: &[u8]) -> Result<Record> {
             .help(format!("a record starts with {ACCEPTED_COLUMNS}")));
     }
     let Meant { measurand, scale } = second_column(file, &row)?;
-    let yaw_name = String::from_utf8_lossy(&row[1]).into_owned();
+    let yaw_name = String::from_utf8_lossy(row[1].trim_ascii()).into_owned();
     let as_gaps = || {
         let command = suggest::reading(file, &[("yaw", &yaw_name)]);
         format!("where it is a gap, leave the field empty, or read it so: {command}")

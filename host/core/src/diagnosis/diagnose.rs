@@ -6,6 +6,7 @@ pub use crate::diagnosis::answer::{
 };
 use crate::diagnosis::one::of_one;
 pub use crate::diagnosis::over_pieces::fit_over_pieces;
+use crate::diagnosis::search_start::held_by_law;
 use crate::diagnosis::several::of_several;
 pub use crate::diagnosis::several_fit::{Common, Grouping};
 pub use crate::diagnosis::verdict::{name_of, SECOND_ORDER};
@@ -21,13 +22,14 @@ use crate::record::Record;
 /// # Errors
 /// No release at all; naming the record without a free decay; a present model that cannot be fitted; interrupted.
 pub fn diagnose(releases: &[Record], grouping: &Grouping, options: &Options) -> Result<Diagnosed> {
-    let found = match (grouping, releases) {
+    let mut found = match (grouping, releases) {
         (_, []) => Err(Error::NoRelease),
         (Grouping::Rig(_), [only]) => of_parts(only, options),
         _ => of_several(releases, grouping, options),
     }?;
     // What was cut short is no answer.
     options.stop.check()?;
+    found.diagnosis.held_by_law = held_by_law(&options.present.effects);
     Ok(found)
 }
 

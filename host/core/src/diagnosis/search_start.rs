@@ -23,15 +23,21 @@ pub fn present(decay: &FreeDecay, options: &Options) -> Result<Fitted> {
     Err(Error::NotFitted)
 }
 
-/// Effects of the library that `decay` may show beside those that are `there`: of what a measured law bends to no
-/// record says that it is not the law's.
-pub(super) fn library(decay: &FreeDecay, there: &[Effect]) -> Vec<Effect> {
+/// Effects of the library that a measured law among those that are `there` bends to: no record says that they are
+/// not the law's.
+pub(super) fn held_by_law(there: &[Effect]) -> Vec<Effect> {
     let held = |e: &Effect| there.iter().filter_map(Effect::measured).any(|law| law.holds(e));
+    Effect::deterministic().filter(held).collect()
+}
+
+/// Effects of the library that `decay` may show beside those that are `there`.
+pub(super) fn library(decay: &FreeDecay, there: &[Effect]) -> Vec<Effect> {
+    let held = held_by_law(there);
     let may_show = |e: &Effect| {
         decay.amplitude_rad >= e.distinct_from_rad()
             && e.is_seen_in(&decay.measurand)
             && !there.contains(e)
-            && !held(e)
+            && !held.contains(e)
     };
     Effect::deterministic().filter(may_show).collect()
 }

@@ -61,12 +61,7 @@ pub(super) fn of_several(
         models(&rig, campaign.as_ref(), &judged, at_once, &options.own, &structure)?;
     options.stop.check()?;
 
-    // Of a campaign every sample counts alike, of a rig every release.
-    let weight = |(fit, decay): (&Fitted, &FreeDecay)| match made {
-        Some(_) => (fit.count * decay.block) as f64,
-        None => 1.0,
-    };
-    let steps = steps(&decays, &path, &options.present.effects, common, weight);
+    let steps = steps(&decays, &path, &options.present.effects, common);
     let added = steps.iter().filter_map(|step| step.added.clone());
     let model = name_of(&options.present.effects);
     let chosen = Chosen {
@@ -162,13 +157,12 @@ fn at_once_in_all(
     Ok(explains(&last.joint.fits).then_some(path))
 }
 
-/// An effect more at each of `path` than are `present`; residuals of the releases by their `weight`.
+/// An effect more at each of `path` than are `present`; in the residuals every sample counts alike.
 fn steps(
     decays: &[FreeDecay],
     path: &[Together],
     present: &[Effect],
     common: &Common,
-    weight: impl Fn((&Fitted, &FreeDecay)) -> f64,
 ) -> Vec<Step> {
     // A release from a small angle need not predict one from a large: then a smaller model does so better.
     let mut least = f64::INFINITY;
@@ -180,7 +174,9 @@ fn steps(
         let added = here.iter().find(|e| !before.contains(e)).cloned();
         before = here;
         let each = joint.fits.iter().zip(decays);
-        let raw = each.map(|of| (weight(of), of.1.raw_rms_deg(of.0.rms_rad())));
+        let raw = each.map(|(fit, decay)| {
+            ((fit.count * decay.block) as f64, decay.raw_rms_deg(fit.rms_rad()))
+        });
         steps.push(Step {
             added,
             residual_rms_deg: weighted_rms(raw),

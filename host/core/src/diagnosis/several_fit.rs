@@ -148,10 +148,11 @@ impl Rig<'_> {
         let sharing = sharing(&shared, self.modal());
         let fits: Vec<&Fitted> = model.fits.iter().collect();
         let joint = joint::fit_from(&whole(self.decays), &structure(model), &sharing, &fits);
+        let joint = finished(joint, self.decays);
         // Each is held out once.
         let each: Vec<Vec<usize>> = (0..fits.len()).map(|i| vec![i]).collect();
         let held_out_over_noise = predicted_over_noise(self.decays, &joint, &each, |_, _| None);
-        Together { joint: finished(joint, self.decays), shared, held_out_over_noise }
+        Together { joint, shared, held_out_over_noise }
     }
 
     /// From `last` on, each line that most releases name, or one of them where it dies out, as long as it

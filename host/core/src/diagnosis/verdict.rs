@@ -106,6 +106,7 @@ impl Diagnosis {
             steps,
             held_out,
             candidates,
+            held_by_law: Vec::new(),
             coefficients: BTreeMap::new(),
             releases: each.collect(),
             where_,

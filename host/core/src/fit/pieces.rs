@@ -156,7 +156,8 @@ pub(super) fn damped(mut matrix: Matrix2<f64>, damping: f64) -> Matrix2<f64> {
     matrix
 }
 
-/// The state of `piece` that fits best under given common numbers, and its sum of squares (rad2).
+/// The state of `piece` that fits best under given common numbers, and its sum of squares (rad2), infinite where it
+/// has no course or is stopped.
 pub(crate) fn fit_state(
     piece: &Piece,
     structure: &Structure,
@@ -192,7 +193,7 @@ pub(crate) fn fit_state(
     let (mut h, mut g, mut s) = at(best);
     let mut damping = 1e-6;
     for _ in 0..25 {
-        if !s.is_finite() {
+        if !s.is_finite() || piece.stop.is_requested() {
             return (best, f64::INFINITY);
         }
         let Some(step) = damped(h, damping).try_inverse().map(|i| i * g) else { break };

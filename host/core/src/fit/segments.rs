@@ -103,15 +103,15 @@ impl<'a> Fit<'a> {
     }
 
     fn sums(&self, common: &[f64], states: &[[f64; 2]]) -> Option<Vec<Sums>> {
-        if self.is_stopped() {
-            return None;
-        }
-        let sums: Vec<Sums> = self
+        let sums = self
             .problems
             .iter()
             .zip(self.pieces)
             .zip(states)
             .map_at_once(|((problem, piece), state)| {
+                if self.is_stopped() {
+                    return None;
+                }
                 let part = &problem.parts[0];
                 let numbers = piece.own.numbers(&part.structure, common, *state);
                 let (residuals, columns) = part.linearised(&numbers);
@@ -124,14 +124,14 @@ impl<'a> Fit<'a> {
                 let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
                 let mut normal = Normal::new(self.free.len() + 2);
                 normal.part(&residuals, &places, &columns);
-                Sums {
+                Some(Sums {
                     matrix: normal.matrix(),
                     gradient: normal.gradient(),
                     squares: normal.sum_of_squares(),
                     misfit: residuals[..part.release.count].iter().map(|r| r * r).sum(),
-                }
+                })
             })
-            .collect();
+            .collect::<Option<Vec<Sums>>>()?;
         let finite = |s: &Sums| {
             s.squares.is_finite() && s.matrix.iter().chain(&s.gradient).all(|x| x.is_finite())
         };
@@ -144,10 +144,13 @@ impl<'a> Fit<'a> {
         self.free.len() > 2 * LANES
     }
 
-    /// Each piece's squares alone, and of them the misfit; no numbers where the model has no course there.
+    /// Each piece's squares alone, and of them the misfit; no numbers where the model has no course there, or stopped.
     fn squares(&self, common: &[f64], states: &[[f64; 2]]) -> Vec<[f64; 2]> {
         let each = self.problems.iter().zip(self.pieces).zip(states);
         let squares = each.map_at_once(|((problem, piece), state)| {
+            if self.is_stopped() {
+                return [f64::NAN; 2];
+            }
             let part = &problem.parts[0];
             let numbers = piece.own.numbers(&part.structure, common, *state);
             let (residuals, _) = part.linearised_by(&numbers, &[]);

@@ -12,6 +12,7 @@ use crate::motion::simulate::Motion;
 use crate::quantity::CHANCE;
 use crate::solver::step_within;
 use crate::statistics::{correlation, independent_share};
+use crate::stop::Stop;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// A fit's neighbourhood.
@@ -27,6 +28,7 @@ pub(super) struct Nearby<'a> {
     /// Of the law's parameters: the first's place in `common`.
     begin: usize,
     law: &'a MeasuredLaw,
+    stop: Stop,
 }
 
 impl<'a> Nearby<'a> {
@@ -60,6 +62,7 @@ impl<'a> Nearby<'a> {
             bounds,
             begin,
             law,
+            stop: all[0].stop.clone(),
         })
     }
 
@@ -111,7 +114,10 @@ impl<'a> Nearby<'a> {
     fn predicted(&self, weights: &[f64], friction: bool) -> Vec<f64> {
         let penalty = self.penalty(weights);
         let of = |i: usize| {
-            let Some((_, step)) = self.solved(&penalty, Some(i), friction) else {
+            // Stopped, nothing is asked of it any more.
+            let going = (!self.stop.is_requested()).then_some(());
+            let Some((_, step)) = going.and_then(|()| self.solved(&penalty, Some(i), friction))
+            else {
                 return f64::INFINITY;
             };
             let piece = &self.pieces[i];
