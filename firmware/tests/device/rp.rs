@@ -1,5 +1,5 @@
-//! What of the boards pico and pico2 can be tried without one: their sources, compiled for this machine, on a simulated boot
-//! ROM. The images themselves are executed by `tests/tests/board_images`.
+//! What of the boards pico and pico2 can be tried without one: their sources, compiled for this machine, on
+//! a simulated boot ROM. The images themselves are executed by `tests/tests/board_images`.
 
 #[path = "../../boards/pico2/src/chip.rs"]
 mod chip;
@@ -100,8 +100,8 @@ fn the_sampling_rate_is_exact_or_refused() {
     }
 }
 
-/// Readings come 62.5 us apart from the first on, 2 us after each begins; the timer shows whole microseconds, and DMA is
-/// looked at a little after it.
+/// Readings come 62.5 us apart from the first on, 2 us after each begins; the timer shows whole
+/// microseconds, and DMA is looked at a little after it.
 #[test]
 fn time_tells_how_many_readings_there_are() {
     const RING: usize = 16_384;

@@ -16,8 +16,8 @@ pub fn median(values: &mut [f64]) -> f64 {
     }
 }
 
-/// Value with half of the weight below it and half above; each counts alike where no weight is above zero. Reorders
-/// the pairs of value and weight; NaN for none.
+/// Value with half of the weight below it and half above; each counts alike where no weight is above zero.
+/// Reorders the pairs of value and weight; NaN for none.
 pub(crate) fn weighted_median(values: &mut [(f64, f64)]) -> f64 {
     if values.iter().all(|(_, weight)| *weight <= 0.0) {
         return median(&mut values.iter().map(|(value, _)| *value).collect::<Vec<f64>>());

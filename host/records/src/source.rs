@@ -112,7 +112,8 @@ pub(super) fn read(file: &Path) -> Result<(Format, Bytes)> {
     Ok((format, bytes))
 }
 
-/// Of a pipe, for which another program may be long: read by a thread of its own, so that Ctrl-C ends the wait.
+/// Of a pipe, for which another program may be long: read by a thread of its own, so that Ctrl-C ends the
+/// wait.
 fn read_as_it_comes(file: &Path) -> Result<(Format, Bytes)> {
     let (sender, read) = mpsc::channel();
     let from = file.to_owned();

@@ -18,7 +18,8 @@ const BIC_OF_WHOLE: &str =
 const BIC_OF_PIECES: &str = "difference of BIC of pieces fitted each with its own state, an independent residual each half \
     cycle; `compare --effect` prints that of one fit to the whole record";
 
-/// The verdict on what is called `name`, and what it rests on. `model`: what its effects were looked for beside.
+/// The verdict on what is called `name`, and what it rests on. `model`: what its effects were looked for
+/// beside.
 pub fn of(name: &str, d: &Diagnosis, model: &str) -> String {
     let measurand = &d.said.measurand();
     let count = d.releases.len();

@@ -255,8 +255,8 @@ fn it_is_told_whether_an_effect_comes_with_the_wind() {
     assert!(10 * right >= 9 * judged);
 }
 
-/// A flexible support is the rig's, whatever the wind; a periodic moment may follow the wind's speed, which leaves each
-/// release its own.
+/// A flexible support is the rig's, whatever the wind; a periodic moment may follow the wind's speed, which
+/// leaves each release its own.
 #[test]
 fn releases_share_a_line_s_frequency_where_they_have_the_same() {
     let mode = |_| vec!["second_mode:amplitude=0.01,phase=0.5,w2=27,zeta2=0.01".to_owned()];

@@ -5,8 +5,8 @@ use heapless::Vec;
 /// Samples in one message of the stream: 50 ms.
 pub const STREAM_CHUNK: usize = 50;
 
-/// Samples of the converter, sent unasked while a [`Request::Stream`](super::Request::Stream) lasts: 2.6 kB/s at 1 kHz. They
-/// are not kept: where one message is lost, the next one's number shows the gap.
+/// Samples of the converter, sent unasked while a [`Request::Stream`](super::Request::Stream) lasts: 2.6
+/// kB/s at 1 kHz. They are not kept: where one message is lost, the next one's number shows the gap.
 ///
 /// On the line, little-endian: number of the first u32, degrees per count f32, zero counts u16,
 /// then the counts, u16 each.

@@ -8,7 +8,8 @@ use yawrig_shared::wire::{Cause, Reply, Request, CHUNK};
 pub const PAGE: usize = 256;
 pub const SECTOR: usize = 4096;
 
-/// What is tried on each of them alike, beside what is on every board; its code, and its number as USB tells it.
+/// What is tried on each of them alike, beside what is on every board; its code, and its number as USB tells
+/// it.
 macro_rules! each_rp_board {
     ($board:ty, $code:expr, $serial:expr) => {
         crate::each_board!($board, $code);
@@ -68,7 +69,8 @@ pub fn it_starts<B: Board>(serial: &str) {
     assert!(number(&state, "rounds") >= 4.0 && number(&state, "interrupts") > 40.0, "{state}");
 }
 
-/// A network's place is erased in four sectors, each as slowly as one may be: what is sampled meanwhile is all there.
+/// A network's place is erased in four sectors, each as slowly as one may be: what is sampled meanwhile is
+/// all there.
 pub fn nothing_is_lost_while_it_erases<B: Board>() {
     let mut both = Both::<B>::start();
     let begin = Request::FlashBegin { length: BUILT_IN.len() as u32 };
@@ -100,7 +102,8 @@ pub fn power_is_cut<B: Board>() {
         assert_eq!(both.ask(&request), Reply::Done);
     }
     let (mut runs, mut cuts, mut new) = (1, 0, 0);
-    // Four sectors are erased, pages written, then that of the length and the one that commits: its first four bytes do.
+    // Four sectors are erased, pages written, then that of the length and the one that commits: its first
+    // four bytes do.
     let operations = 16 * 1024 / SECTOR + BUILT_IN.len().div_ceil(PAGE) + 2;
     for operation in 0..operations {
         for part in [0.0, 2.0 / PAGE as f64, 0.5, 1.0] {

@@ -38,8 +38,8 @@ impl Alone {
         self.answers[answer].diagnosis.effects.contains(effect)
     }
 
-    /// Effects with a definite course that are named, those of most releases first; of as many in the order of the
-    /// library.
+    /// Effects with a definite course that are named, those of most releases first; of as many in the order
+    /// of the library.
     pub(crate) fn named(&self) -> Vec<Effect> {
         let mut votes: BTreeMap<Effect, usize> = BTreeMap::new();
         let definite = |e: &&Effect| !e.is_random();

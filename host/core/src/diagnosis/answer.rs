@@ -88,8 +88,8 @@ pub struct Left {
     pub where_: String,
 }
 
-/// All that is said about the releases that were judged, be it one, several of a rig or a campaign. Rms in deg,
-/// ratios to the noise floor of block means.
+/// All that is said about the releases that were judged, be it one, several of a rig or a campaign. Rms in
+/// deg, ratios to the noise floor of block means.
 #[derive(Clone, Debug, Serialize)]
 pub struct Diagnosis {
     /// What the records hold, where that is no angle in deg.
@@ -109,7 +109,8 @@ pub struct Diagnosis {
     pub origin: BTreeMap<String, Origin>,
     /// By effect of a campaign: what its origin was decided from, in words.
     pub origin_reason: BTreeMap<String, String>,
-    /// Whether the effects act about the angle of rest, as with a zero that is fitted, not about the sensor's.
+    /// Whether the effects act about the angle of rest, as with a zero that is fitted, not about the
+    /// sensor's.
     pub about_rest: bool,
     /// By effect: which releases have one coefficient.
     pub sharing: BTreeMap<String, &'static str>,
@@ -122,7 +123,8 @@ pub struct Diagnosis {
     /// Every effect alone, best first: the gains added of the releases (eight at most) that are explained
     /// worst.
     pub candidates: Vec<Candidate>,
-    /// Effects of the library that were not asked, as a measured law in the present model bends to all that they do.
+    /// Effects of the library that were not asked, as a measured law in the present model bends to all that
+    /// they do.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub held_by_law: Vec<Effect>,
     /// By effect of a campaign: the first of its numbers in each condition, free of all others.
@@ -151,8 +153,8 @@ pub enum HeldOut {
     LaterPart,
     /// Every second piece of the releases, from the others.
     Pieces,
-    /// Releases, with the coefficients of their effects known from the others: of a campaign the last repeat of
-    /// each condition, else each once.
+    /// Releases, with the coefficients of their effects known from the others: of a campaign the last repeat
+    /// of each condition, else each once.
     Releases,
 }
 
@@ -316,8 +318,8 @@ pub struct Step {
     pub parameters: BTreeMap<String, Quantity>,
 }
 
-/// What is said of `model`, which has `added` beyond the one before: its residuals on what it was fitted to, and on
-/// the later part held out from another fit.
+/// What is said of `model`, which has `added` beyond the one before: its residuals on what it was fitted to,
+/// and on the later part held out from another fit.
 pub fn step(decay: &FreeDecay, model: &Fitted, added: Option<&Effect>) -> Step {
     let count = (FITTED_SHARE * decay.yaw_rad.len() as f64) as usize;
     let partial = refit(decay, model, count);

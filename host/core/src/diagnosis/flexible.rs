@@ -1,5 +1,5 @@
-//! Effects that bend to what simpler ones explain: near the noise one stands only where it is clearly likelier,
-//! or likelier than several.
+//! Effects that bend to what simpler ones explain: near the noise one stands only where it is clearly
+//! likelier, or likelier than several.
 
 use crate::at_once::AtOnce;
 use crate::diagnosis::guards::Refusal;
@@ -23,8 +23,8 @@ pub(super) fn is_simple(model: &Fitted, decay: &FreeDecay) -> bool {
     })
 }
 
-/// A model with one flexible effect that is decisively likelier than `accepted`, or as likely with fewer effects:
-/// alone, beside one of the simple effects, or beside all of them; none of those `refused`.
+/// A model with one flexible effect that is decisively likelier than `accepted`, or as likely with fewer
+/// effects: alone, beside one of the simple effects, or beside all of them; none of those `refused`.
 pub(super) fn instead(
     decay: &FreeDecay,
     plain: &Fitted,

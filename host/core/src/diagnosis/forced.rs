@@ -14,8 +14,8 @@ use crate::fit::problem::{problem_of_one, JointProblem, Release, EVALUATIONS};
 use crate::motion::random::Whitener;
 use crate::solver::{minimise, Fit, Options, Problem, Rows};
 
-/// Standard deviations that chance does not bring: once in 16 000 records. All that is asked of innovations is
-/// asked at this level.
+/// Standard deviations that chance does not bring: once in 16 000 records. All that is asked of innovations
+/// is asked at this level.
 pub(super) const BEYOND_CHANCE: f64 = 4.0;
 
 /// The random forcing of the `plain` model, if it is one and far likelier than `best`.

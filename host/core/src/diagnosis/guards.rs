@@ -24,8 +24,8 @@ pub(crate) struct Refusal {
     pub(crate) reason: String,
 }
 
-/// The first effect of `model` that cannot stand, but for those that were `there` from the beginning, which are the
-/// user's.
+/// The first effect of `model` that cannot stand, but for those that were `there` from the beginning, which
+/// are the user's.
 pub(super) fn refusal(model: &Fitted, decay: &FreeDecay, there: &[Effect]) -> Option<Refusal> {
     no_line(model, decay, there)
         .or_else(|| unknown(model, there))

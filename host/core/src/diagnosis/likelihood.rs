@@ -18,8 +18,8 @@ const OF_RATIO: f64 = 924.0 / 400.0 - 1.0;
 /// Residual of the plain model over the noise up to which likelihood is asked: of what is farther off it says
 /// little.
 pub(crate) const USED_UP_TO: f64 = 40.0;
-/// Residual over noise up to which a model is near it: what it leaves may sharpen the floor of coloured noise,
-/// what explains predicts the later part so well, and a flexible effect is tried beside others.
+/// Residual over noise up to which a model is near it: what it leaves may sharpen the floor of coloured
+/// noise, what explains predicts the later part so well, and a flexible effect is tried beside others.
 pub(crate) const NEAR_NOISE: f64 = 1.5;
 /// Evidence by which one effect is ahead of another, in linear steps from near the noise, for the other not
 /// to be tried. For speed alone: three times what an effect needs to be believed, as a linear step tells less

@@ -1,6 +1,6 @@
 //! Lines beside the effects that survive: pieces of a free decay do not show them, but the later part of the
-//! record does, predicted from the earlier one. What drifts is none of them: in one release it varies with the
-//! amplitude as a law does.
+//! record does, predicted from the earlier one. What drifts is none of them: in one release it varies with
+//! the amplitude as a law does.
 
 use crate::at_once::AtOnce;
 use crate::diagnosis::answer::FITTED_SHARE;

@@ -1,5 +1,5 @@
-//! Models within each other: what others have made needless is taken out of one, and from the model that is there
-//! to the final one the way is shown, whatever they are judged by.
+//! Models within each other: what others have made needless is taken out of one, and from the model that is
+//! there to the final one the way is shown, whatever they are judged by.
 
 use crate::at_once::AtOnce;
 use crate::effects::Effect;
@@ -62,8 +62,8 @@ impl<M: Clone + Send + Sync> Nested<M> {
         least.cloned()
     }
 
-    /// From `plain`, the model that is there, to this one, an effect more each: what is missed least is taken out
-    /// first.
+    /// From `plain`, the model that is there, to this one, an effect more each: what is missed least is
+    /// taken out first.
     ///
     /// # Errors
     /// Interrupted, once somebody asked for it.

@@ -42,8 +42,8 @@ pub(super) fn of_one(record: &Record, decay: FreeDecay, options: &Options) -> Re
     let near = lowest < USED_UP_TO * decay.noise_rad || is_explained(best, &decay);
     let explains = |single: &Fitted| single.converged && search::is_explained(single, &decay);
     let one_explains = start.singles.iter().any(explains);
-    // What is random predicts nothing: it may stand beside effects that predict most of the record, where it is
-    // believed, not in their place.
+    // What is random predicts nothing: it may stand beside effects that predict most of the record, where it
+    // is believed, not in their place.
     let stands = |found: &Diagnosed| {
         let mut beside = found.diagnosis.effects.iter().filter(|e| !e.is_random()).peekable();
         let is_random = found.diagnosis.effects.iter().any(Effect::is_random);

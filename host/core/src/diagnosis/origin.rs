@@ -185,8 +185,8 @@ const ONE: &str = "one for all releases";
 const ONE_WIND_ON: &str = "one for all wind-on releases";
 
 impl Plan {
-    /// One for all releases, or of an aerodynamic effect for those with the wind on. What belongs to a release
-    /// is its own in any group.
+    /// One for all releases, or of an aerodynamic effect for those with the wind on. What belongs to a
+    /// release is its own in any group.
     pub(super) fn of_all(origin: Origin, is_on: impl Iterator<Item = bool>) -> Self {
         let aerodynamic = origin == Origin::Aerodynamic;
         let groups = is_on.map(|is_on| (is_on || !aerodynamic).then_some(0)).collect();

@@ -23,8 +23,8 @@ pub fn present(decay: &FreeDecay, options: &Options) -> Result<Fitted> {
     Err(Error::NotFitted)
 }
 
-/// Effects of the library that a measured law among those that are `there` bends to: no record says that they are
-/// not the law's.
+/// Effects of the library that a measured law among those that are `there` bends to: no record says that
+/// they are not the law's.
 pub(super) fn held_by_law(there: &[Effect]) -> Vec<Effect> {
     let held = |e: &Effect| there.iter().filter_map(Effect::measured).any(|law| law.holds(e));
     Effect::deterministic().filter(held).collect()

@@ -108,8 +108,8 @@ struct Models {
     candidates: Vec<Candidate>,
 }
 
-/// Those with what the releases' own answers name, or where these are not down to the noise those that survive
-/// prediction.
+/// Those with what the releases' own answers name, or where these are not down to the noise those that
+/// survive prediction.
 fn models(
     rig: &Rig,
     campaign: Option<&Campaign>,
@@ -133,8 +133,8 @@ fn models(
     Ok(Models { path, indistinguishable: alike, held_out: HeldOut::Pieces, candidates })
 }
 
-/// The models with what the releases' own answers name, in all of them at once; `None` where the last is not down
-/// to the noise, unless that `stands` all the same.
+/// The models with what the releases' own answers name, in all of them at once; `None` where the last is not
+/// down to the noise, unless that `stands` all the same.
 fn at_once_in_all(
     rig: &Rig,
     campaign: Option<&Campaign>,

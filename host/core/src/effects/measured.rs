@@ -123,8 +123,8 @@ impl MeasuredLaw {
         Some((out, rise / self.rate_rad_s))
     }
 
-    /// Whether it bends to all that `effect` does: a moment of the yaw angle alone or of the yaw rate alone, as
-    /// far as it has the parts that are alike on both sides, or differ, as that does; or dry friction.
+    /// Whether it bends to all that `effect` does: a moment of the yaw angle alone or of the yaw rate alone,
+    /// as far as it has the parts that are alike on both sides, or differ, as that does; or dry friction.
     pub(crate) fn holds(&self, effect: &Effect) -> bool {
         if !effect.is_strength_of_state() || effect.moves_rest() {
             return false;

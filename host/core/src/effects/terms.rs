@@ -53,8 +53,8 @@ pub(crate) trait Moment {
 pub(crate) trait Reading {
     fn change(p: &[f64], yaw_rad: f64, time_s: f64) -> f64;
 
-    /// Adds the changes of all readings to `sums`: of what is `seen` at `start_s` and every `step_s` from there
-    /// on.
+    /// Adds the changes of all readings to `sums`: of what is `seen` at `start_s` and every `step_s` from
+    /// there on.
     fn add_changes(p: &[f64], seen: &[f64], start_s: f64, step_s: f64, sums: &mut [f64]) {
         for (k, (sum, seen)) in sums.iter_mut().zip(seen).enumerate() {
             *sum += Self::change(p, *seen, start_s + k as f64 * step_s);
@@ -237,7 +237,8 @@ impl Terms {
         self.moments.iter().map(|m| (m.one)(&m.p, state)).sum::<f64>() + curves + drive
     }
 
-    /// Puts what the sensor shows in the place of what it sees, at `start_s` and every `step_s` from there on.
+    /// Puts what the sensor shows in the place of what it sees, at `start_s` and every `step_s` from there
+    /// on.
     pub(crate) fn read(&self, seen: &mut [f64], start_s: f64, step_s: f64) {
         let as_seen = if self.readings.is_empty() { Vec::new() } else { seen.to_vec() };
         for r in &self.readings {

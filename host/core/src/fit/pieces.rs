@@ -156,8 +156,8 @@ pub(super) fn damped(mut matrix: Matrix2<f64>, damping: f64) -> Matrix2<f64> {
     matrix
 }
 
-/// The state of `piece` that fits best under given common numbers, and its sum of squares (rad2), infinite where it
-/// has no course or is stopped.
+/// The state of `piece` that fits best under given common numbers, and its sum of squares (rad2), infinite
+/// where it has no course or is stopped.
 pub(crate) fn fit_state(
     piece: &Piece,
     structure: &Structure,

@@ -144,7 +144,8 @@ impl<'a> Fit<'a> {
         self.free.len() > 2 * LANES
     }
 
-    /// Each piece's squares alone, and of them the misfit; no numbers where the model has no course there, or stopped.
+    /// Each piece's squares alone, and of them the misfit; no numbers where the model has no course there,
+    /// or stopped.
     fn squares(&self, common: &[f64], states: &[[f64; 2]]) -> Vec<[f64; 2]> {
         let each = self.problems.iter().zip(self.pieces).zip(states);
         let squares = each.map_at_once(|((problem, piece), state)| {

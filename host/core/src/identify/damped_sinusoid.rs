@@ -91,8 +91,9 @@ pub struct DampedSinusoid<'a> {
 }
 
 impl DampedSinusoid<'_> {
-    /// e^(-s t) cos w t and e^(-s t) sin w t for one block. On an even grid a table of SAMPLES_AT_A_TIME powers is turned
-    /// by the block's own factor: two roundings per sample and no recurrence that could drift.
+    /// e^(-s t) cos w t and e^(-s t) sin w t for one block. On an even grid a table of SAMPLES_AT_A_TIME
+    /// powers is turned by the block's own factor: two roundings per sample and no recurrence that could
+    /// drift.
     fn basis(&self, at: usize, p: &[f64], table: &Option<Table>, basis: &mut Basis) {
         let [.., decay, frequency] = numbers(p);
         let n = basis.len.min(self.stretch.len() - at);

@@ -100,8 +100,8 @@ pub(crate) fn filled(record: &Record) -> Option<Filled> {
     Some(Filled { record: whole, filled, parting })
 }
 
-/// What lies between the gaps of `record` that are too long to be filled, each named by its times; none where it
-/// has no such gap.
+/// What lies between the gaps of `record` that are too long to be filled, each named by its times; none
+/// where it has no such gap.
 pub(crate) fn parts(record: &Record) -> Vec<Record> {
     let parting = filled(record).map_or(Vec::new(), |filled| filled.parting);
     if parting.is_empty() {

@@ -95,8 +95,8 @@ fn an_effect_is_named_the_same_asked_in_all_four_ways_at_full_size() {
     named_the_same(true);
 }
 
-/// A spring that no model of the library is, dry friction and a sensor that was not zeroed, by steps of Runge and
-/// Kutta, read every 10 ms.
+/// A spring that no model of the library is, dry friction and a sensor that was not zeroed, by steps of
+/// Runge and Kutta, read every 10 ms.
 fn ripple() -> Record {
     let (wn, h) = (8.0, 0.0005);
     let moment = |b: f64, r: f64| {
@@ -124,8 +124,8 @@ fn ripple() -> Record {
     Record::new("whole", time_s, yaw_deg)
 }
 
-/// Far from the noise nothing explains it. Parted in two and asked as two releases of one rig, from a large angle
-/// and from a small one, it has what it has as a whole, or what is planted besides.
+/// Far from the noise nothing explains it. Parted in two and asked as two releases of one rig, from a large
+/// angle and from a small one, it has what it has as a whole, or what is planted besides.
 #[test]
 fn a_record_that_is_parted_in_two_is_answered_as_the_whole() {
     let whole = ripple();
