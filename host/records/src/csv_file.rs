@@ -88,11 +88,12 @@ fn sample(
     }
     let time_s =
         number(&row[0], separator).map_err(|why| (format!("time_s: {why}"), REPAIR.to_owned()))?;
-    if row[1].trim_ascii().is_empty() {
+    let cell = row[1].trim_ascii();
+    if cell.is_empty() {
         return Ok(None);
     }
-    let yaw = number(&row[1], separator).map_err(|why| {
-        let is_gap = row[1].trim_ascii().eq_ignore_ascii_case(b"nan");
+    let yaw = number(cell, separator).map_err(|why| {
+        let is_gap = cell.eq_ignore_ascii_case(b"nan");
         (format!("yaw angle: {why}"), if is_gap { as_gaps() } else { REPAIR.to_owned() })
     })?;
     Ok(Some((time_s, yaw)))

@@ -80,9 +80,12 @@ fn a_measured_law_is_added_kept_in_the_file_and_removed() {
     assert!((number(&compared["residual_over_noise"]) / after - 1.0).abs() < 0.02, "{compared}");
     let fitted = bench.json("fit");
     assert!(number(&fitted["residual_over_noise"]) < 1.1);
-    // What its curves bend to is not asked beside it, and it is said.
+    // What its curves bend to is not tried beside it, and it is said.
     let said = bench.of("diagnose --model model.toml r.csv").run().exits(0).stdout;
-    assert!(said.contains("not asked: the measured law in the model bends to all of it"), "{said}");
+    assert!(
+        said.contains("not tried: the measured law in the model accounts for all they do"),
+        "{said}"
+    );
     let held = &bench.json("diagnose --model model.toml r.csv")["held_by_law"];
     assert!(
         held.as_array().is_some_and(|held| held.contains(&"quadratic_damping".into())),

@@ -123,8 +123,8 @@ pub struct Diagnosis {
     /// Every effect alone, best first: the gains added of the releases (eight at most) that are explained
     /// worst.
     pub candidates: Vec<Candidate>,
-    /// Effects of the library that were not asked, as a measured law in the present model bends to all that
-    /// they do.
+    /// Effects of the library that were not tried, as the measured law in the present model accounts for all
+    /// that they do.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub held_by_law: Vec<Effect>,
     /// By effect of a campaign: the first of its numbers in each condition, free of all others.
@@ -266,17 +266,17 @@ impl Diagnosed {
 }
 
 impl Diagnosis {
-    /// Of each effect that helps and does not stand, and of those that were not asked, why.
+    /// Of each effect that helps and does not stand, and of those that were not tried, why.
     pub fn refusals(&self) -> Vec<String> {
         let refusal = |c: &Candidate| Some(format!("{} refused: {}", c.effect, c.reason.as_ref()?));
         let held: Vec<&str> = self.held_by_law.iter().map(Effect::id).collect();
-        let not_asked = (!held.is_empty()).then(|| {
+        let not_tried = (!held.is_empty()).then(|| {
             format!(
-                "{} not asked: the measured law in the model bends to all of it",
+                "{} not tried: the measured law in the model accounts for all they do",
                 held.join(", ")
             )
         });
-        self.candidates.iter().filter_map(refusal).chain(not_asked).collect()
+        self.candidates.iter().filter_map(refusal).chain(not_tried).collect()
     }
 
     /// Whether what is left is more than noise.

@@ -29,7 +29,10 @@ pub fn diagnose(releases: &[Record], grouping: &Grouping, options: &Options) -> 
     }?;
     // What was cut short is no answer.
     options.stop.check()?;
-    found.diagnosis.held_by_law = held_by_law(&options.present.effects);
+    // A campaign begins from the second-order model, whatever is present.
+    if let Grouping::Rig(_) = grouping {
+        found.diagnosis.held_by_law = held_by_law(&found.decays, &options.present.effects);
+    }
     Ok(found)
 }
 

@@ -23,23 +23,30 @@ pub fn present(decay: &FreeDecay, options: &Options) -> Result<Fitted> {
     Err(Error::NotFitted)
 }
 
-/// Effects of the library that a measured law among those that are `there` bends to: no record says that
-/// they are not the law's.
-pub(super) fn held_by_law(there: &[Effect]) -> Vec<Effect> {
-    let held = |e: &Effect| there.iter().filter_map(Effect::measured).any(|law| law.holds(e));
-    Effect::deterministic().filter(held).collect()
-}
-
-/// Effects of the library that `decay` may show beside those that are `there`.
-pub(super) fn library(decay: &FreeDecay, there: &[Effect]) -> Vec<Effect> {
-    let held = held_by_law(there);
+/// Effects of the library that `decay` may show beside those that are `there`: those to be tried; and those
+/// that a measured law among them bends to, of which no record says that they are not the law's.
+fn tried_and_held(decay: &FreeDecay, there: &[Effect]) -> (Vec<Effect>, Vec<Effect>) {
     let may_show = |e: &Effect| {
         decay.amplitude_rad >= e.distinct_from_rad()
             && e.is_seen_in(&decay.measurand)
             && !there.contains(e)
-            && !held.contains(e)
     };
-    Effect::deterministic().filter(may_show).collect()
+    let held = |e: &Effect| there.iter().filter_map(Effect::measured).any(|law| law.holds(e));
+    Effect::deterministic().filter(may_show).partition(|e| !held(e))
+}
+
+/// Effects of the library to be tried beside those that are `there`.
+pub(super) fn library(decay: &FreeDecay, there: &[Effect]) -> Vec<Effect> {
+    tried_and_held(decay, there).0
+}
+
+/// Effects of the library that one of `decays` may show, and a measured law that is `there` holds.
+pub(super) fn held_by_law(decays: &[FreeDecay], there: &[Effect]) -> Vec<Effect> {
+    let mut held: Vec<Effect> =
+        decays.iter().flat_map(|decay| tried_and_held(decay, there).1).collect();
+    held.sort_unstable();
+    held.dedup();
+    held
 }
 
 /// The present model with every candidate beside it, one at a time: what a search begins with.

@@ -114,10 +114,10 @@ impl<'a> Nearby<'a> {
     fn predicted(&self, weights: &[f64], friction: bool) -> Vec<f64> {
         let penalty = self.penalty(weights);
         let of = |i: usize| {
-            // Stopped, nothing is asked of it any more.
-            let going = (!self.stop.is_requested()).then_some(());
-            let Some((_, step)) = going.and_then(|()| self.solved(&penalty, Some(i), friction))
-            else {
+            if self.stop.is_requested() {
+                return f64::INFINITY;
+            }
+            let Some((_, step)) = self.solved(&penalty, Some(i), friction) else {
                 return f64::INFINITY;
             };
             let piece = &self.pieces[i];
