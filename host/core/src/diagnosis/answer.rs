@@ -318,11 +318,15 @@ pub struct Step {
     pub parameters: BTreeMap<String, Quantity>,
 }
 
+/// Means of the part from which the later one is predicted.
+pub(super) fn earlier_count(decay: &FreeDecay) -> usize {
+    (FITTED_SHARE * decay.yaw_rad.len() as f64) as usize
+}
+
 /// What is said of `model`, which has `added` beyond the one before: its residuals on what it was fitted to,
 /// and on the later part held out from another fit.
 pub fn step(decay: &FreeDecay, model: &Fitted, added: Option<&Effect>) -> Step {
-    let count = (FITTED_SHARE * decay.yaw_rad.len() as f64) as usize;
-    let partial = refit(decay, model, count);
+    let partial = refit(decay, model, earlier_count(decay));
     Step {
         added: added.cloned(),
         residual_rms_deg: decay.raw_rms_deg(model.rms_rad()),

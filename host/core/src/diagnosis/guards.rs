@@ -50,11 +50,12 @@ fn no_line_of(effect: &Effect, model: &Fitted, decay: &FreeDecay) -> Option<Refu
     };
     let (frequency, w) = (number(line.frequency)?, name(line.frequency));
     let w_rad_s = frequency.value;
-    let mut seen: Vec<f64> = decay.windows.iter().map(|w| w.natural_frequency_rad_s).collect();
-    let wn_rad_s = match model.has_strongest_second(decay) || seen.is_empty() {
-        true => model.parameters[0],
-        false => median(&mut seen),
-    };
+    // The motion's own windows: where the line outlasts it, theirs are the line's.
+    let own_rad_s = model.parameters[0];
+    let is_own = |f: &f64| (f - own_rad_s).abs() <= (f - w_rad_s).abs();
+    let windows = decay.windows.iter().map(|w| w.natural_frequency_rad_s);
+    let mut windows: Vec<f64> = windows.filter(is_own).collect();
+    let wn_rad_s = if windows.is_empty() { own_rad_s } else { median(&mut windows) };
     let refused = |reason| Some(Refusal { effect: effect.clone(), reason });
     let harmonic = |is_at: &dyn Fn(f64) -> bool| [2.0, 3.0].into_iter().find(|k| is_at(*k));
     let Some(damping) = line.damping else {

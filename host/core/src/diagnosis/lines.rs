@@ -3,7 +3,7 @@
 //! the amplitude as a law does.
 
 use crate::at_once::AtOnce;
-use crate::diagnosis::answer::FITTED_SHARE;
+use crate::diagnosis::answer::earlier_count;
 use crate::diagnosis::guards;
 use crate::diagnosis::likelihood::is_explained;
 use crate::diagnosis::prediction::LEAST_GAIN;
@@ -32,7 +32,7 @@ pub(super) struct Longer {
 /// # Errors
 /// Interrupted, once somebody asked for it.
 pub(super) fn beside(decay: &FreeDecay, model: &Fitted, there: &[Effect]) -> Result<Vec<Longer>> {
-    let count = (FITTED_SHARE * decay.yaw_rad.len() as f64) as usize;
+    let count = earlier_count(decay);
     let held_out_rad =
         |model: &Fitted| decay.noise_rad * held_out_over_noise(decay, &refit(decay, model, count));
     let mut found: Vec<Longer> = Vec::new();

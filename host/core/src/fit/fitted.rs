@@ -137,13 +137,6 @@ impl Fitted {
         self.effect_parameters().into_iter().find(|(n, _)| *n == name).map(|(_, q)| q)
     }
 
-    /// Whether the strongest oscillation of `decay` is a second mode of the model, not its own.
-    pub(crate) fn has_strongest_second(&self, decay: &FreeDecay) -> bool {
-        let off = (decay.frequency_rad_s / self.parameters[0] - 1.0).abs();
-        let modes = self.structure.effects.iter().filter(|e| e.dies_out());
-        modes.filter_map(Effect::line).any(|line| off > line.nearest)
-    }
-
     /// With standard uncertainties of numbers that were not fitted but were known before, in the order of
     /// [`Self::parameters`]; what they have in common is not known.
     pub fn knowing(mut self, u: &[f64]) -> Self {

@@ -2,6 +2,9 @@
 
 use crate::effects::{Memories, Terms};
 
+/// Most halvings of a step.
+pub(crate) const MOST_HALVINGS: usize = 24;
+
 /// Even grid of instants at which the reading is wanted, time from the release.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
@@ -112,10 +115,24 @@ impl Motion {
     }
 }
 
-/// Where a function that is positive at first and negative at `end` is zero: regula falsi (Illinois).
+/// Where a function that is positive at first, or rises from zero, and is negative at `end` is zero: regula
+/// falsi (Illinois).
 pub(crate) fn root(end: f64, f: impl Fn(f64) -> f64) -> f64 {
     let (mut a, mut b) = (0.0, end);
     let (mut fa, mut fb) = (f(a), f(b));
+    // A model that leaves its rest or an edge, and comes back.
+    for _ in 0..MOST_HALVINGS {
+        if fa != 0.0 {
+            break;
+        }
+        let x = 0.5 * b;
+        let fx = f(x);
+        if fx > 0.0 {
+            (a, fa) = (x, fx);
+        } else {
+            (b, fb) = (x, fx);
+        }
+    }
     if fa <= 0.0 {
         return 0.0;
     }

@@ -13,12 +13,9 @@ use super::pace::Pace;
 use super::pair::{Flows, ERROR, NODES, WEIGHTS};
 use super::piece::Piece;
 use crate::effects::{Memories, State};
-use crate::motion::oscillator::{root, Flow, Motion, Walk};
+use crate::motion::oscillator::{root, Flow, Motion, Walk, MOST_HALVINGS};
 use std::cell::RefCell;
 use yawrig_expression::Prepared;
-
-/// Most halvings of a step.
-const MOST_HALVINGS: usize = 24;
 
 impl Motion {
     /// b'' at this angle and rate and at the first instant, rad/s2; what remembers, as if it began there.
@@ -251,7 +248,8 @@ impl<'a> Walker<'a> {
             (b, r, corner_s) = self.turn_the_corner(b, r, t + at, moment, step_s);
             // Finding it took about ten attempts.
             self.attempts_left = self.attempts_left.saturating_sub(10);
-            at += corner_s;
+            // Where the model leaves its rest and is back at once, that takes the shortest step.
+            at += corner_s.max(self.step_s * 0.5f64.powi(MOST_HALVINGS as i32));
             first = None;
         }
         (b, r)

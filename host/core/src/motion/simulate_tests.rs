@@ -1,5 +1,7 @@
 use super::*;
 use crate::effects::{Effect, Terms};
+use crate::fit::fitting::Structure;
+use crate::fit::free_decay::Around;
 use std::f64::consts::TAU;
 
 const WN: f64 = 7.0;
@@ -279,4 +281,26 @@ fn turning_beside_what_is_smooth_errs_no_more_than_a_kick() {
         println!("{}: {:.1e} of the amplitude", beside.0, apart / AMPLITUDE);
         assert!(apart < 5e-5 * AMPLITUDE, "{}: {apart}", beside.0);
     }
+}
+
+/// What drives it turns within a step of where the model leaves its rest, at 19.13 s.
+#[test]
+fn a_model_that_leaves_its_rest_and_comes_back_within_a_step_goes_on() {
+    let effects = vec![Effect::HarmonicForcing, Effect::CoulombFriction];
+    let structure = Structure { effects, ..Structure::default() };
+    let modal = [7.599854483010372, 0.027871124018427132, -0.34246924598467515, 0.5157363216163653];
+    let forcing = [0.2994525004802462, -0.2713336076572081, 17.261910125882867];
+    let p = [&modal[..], &forcing, &[0.003389976232617813]].concat();
+    let [quick, precise] = [structure.clone(), structure.precisely()]
+        .map(|structure| structure.motion(&p, Around::default()).0);
+    let mut most = 0.0f64;
+    for start in 0..40 {
+        let start_s = 0.0245 + 1e-4 * f64::from(start);
+        let grid = Grid { start_s, step_s: 0.016, count: 1300, mean_width_s: 0.016 };
+        let [quick, precise] = [&quick, &precise].map(|motion| motion.readings(&grid));
+        assert!(precise.iter().all(|y| y.is_finite()), "begun at {start_s} s");
+        most = quick.iter().zip(&precise).map(|(a, b)| (a - b).abs()).fold(most, f64::max);
+    }
+    println!("at most {most:.1e} rad apart");
+    assert!(most < 1e-4);
 }
