@@ -2,9 +2,7 @@
 
 use crate::at_once::AtOnce;
 use crate::bic;
-use crate::diagnosis::answer::{
-    earlier_count, step, Candidate, Diagnosed, Diagnosis, HeldOut, Status, Step,
-};
+use crate::diagnosis::answer::{step, Candidate, Diagnosed, Diagnosis, HeldOut, Status, Step};
 use crate::diagnosis::buffeting::{self, Buffeted};
 use crate::diagnosis::forced::{self, Forced, BEYOND_CHANCE};
 use crate::diagnosis::guards::{self, Refusal};
@@ -15,10 +13,9 @@ use crate::diagnosis::verdict::{name_of, Chosen};
 use crate::effects::{Acts, Effect};
 use crate::error::Result;
 use crate::fit::at_amplitude::with_discrepancy;
-use crate::fit::fitting::{polished, refit, Fitted};
+use crate::fit::fitting::{polished, Fitted};
 use crate::fit::free_decay::FreeDecay;
 use crate::record::Record;
-use crate::statistics::rare_chi_squared;
 use std::collections::BTreeMap;
 use std::slice::from_ref;
 
@@ -49,8 +46,7 @@ pub(super) fn by_likelihood(
     let effects: Vec<Effect> = steps.iter().filter_map(|step| step.added.clone()).collect();
     // Effects can be bent to a short record; they have to predict the rest of it too.
     let is_predicted = steps.last().is_some_and(|s| s.held_out_over_noise < NEAR_NOISE);
-    let holds = explained && (is_predicted || is_one_throughout(decay, last));
-    let status = match (holds, effects.is_empty()) {
+    let status = match (explained && is_predicted, effects.is_empty()) {
         (true, true) => Status::Adequate,
         (true, false) => Status::Explained,
         (false, _) => Status::Unexplained,
@@ -82,16 +78,6 @@ pub(super) fn by_likelihood(
     let path = found.path.into_iter().map(|model| vec![model]).collect();
     let decays = vec![found.decay];
     Ok((Diagnosed { diagnosis, decays, singles: found.singles, path }, good))
-}
-
-/// Whether the earlier part of the record, fitted alone, has the numbers of `model` but for chance: where it
-/// hardly tells them, it cannot predict the later part either.
-fn is_one_throughout(decay: &FreeDecay, model: &Fitted) -> bool {
-    let earlier = refit(decay, model, earlier_count(decay));
-    let squares: f64 = model.residuals[..earlier.count].iter().map(|r| r * r).sum();
-    let numbers = model.parameters.len() as f64;
-    let variance = earlier.sum_of_squares / (earlier.count as f64 - numbers);
-    (squares - earlier.sum_of_squares) / variance < rare_chi_squared(numbers)
 }
 
 /// The answer by the random forcing that explains the record, with the effects beside it, where no definite
