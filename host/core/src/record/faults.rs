@@ -105,7 +105,8 @@ impl Facts {
     }
 }
 
-/// FxHash, as rustc has it for its tables, its high half mixed into the low one: quick, and nobody chooses readings so that two hashes are one.
+/// FxHash, as rustc has it for its tables, its high half mixed into the low one: quick, and nobody chooses
+/// readings so that two hashes are one.
 fn hash(readings: &[f64]) -> u64 {
     let mixed = readings.iter().fold(0u64, |hash, reading| {
         (hash.rotate_left(5) ^ reading.to_bits()).wrapping_mul(0x517c_c1b7_2722_0a95)
