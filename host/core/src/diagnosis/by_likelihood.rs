@@ -1,83 +1,129 @@
-//! The answer by likelihood: which effects, or which random forcing, bring a model near the noise down to it.
+//! The answer by likelihood: which effects, or which random forcing, bring a model down to the noise.
 
 use crate::at_once::AtOnce;
-use crate::bic;
-use crate::diagnosis::answer::{step, Candidate, Diagnosed, Diagnosis, HeldOut, Status, Step};
+use crate::diagnosis::answer::{
+    earlier_count, step, Candidate, Diagnosed, Diagnosis, HeldOut, Status, Step,
+};
 use crate::diagnosis::buffeting::{self, Buffeted};
 use crate::diagnosis::forced::{self, Forced, BEYOND_CHANCE};
 use crate::diagnosis::guards::{self, Refusal};
 use crate::diagnosis::late_release;
-use crate::diagnosis::likelihood::{is_explained, NEAR_NOISE, USED_UP_TO};
-use crate::diagnosis::search::{self, beyond, criterion, SearchStart};
-use crate::diagnosis::verdict::{name_of, Chosen};
+use crate::diagnosis::likelihood::{is_explained, NEAR_NOISE};
+use crate::diagnosis::search::{self, beyond, criterion, SearchResult, SearchStart};
+use crate::diagnosis::verdict::{name_of, Chosen, MOST_LEFT};
 use crate::effects::{Acts, Effect};
 use crate::error::Result;
 use crate::fit::at_amplitude::with_discrepancy;
-use crate::fit::fitting::{polished, Fitted};
+use crate::fit::fitting::{polished, refit, Fitted};
 use crate::fit::free_decay::FreeDecay;
 use crate::record::Record;
+use crate::statistics::rare_chi_squared;
 use std::collections::BTreeMap;
 use std::slice::from_ref;
 
-/// The answer by likelihood, which holds near the noise; and whether it explains the record.
-///
+/// What likelihood finds in a release.
+pub(super) struct Likely {
+    found: SearchResult,
+    explained: bool,
+    /// The answer by random forcing, where that is likelier than what definite effects leave.
+    forced: Option<Diagnosed>,
+}
+
 /// # Errors
 /// Interrupted, once somebody asked for it.
 pub(super) fn by_likelihood(
     record: &Record,
     decay: &FreeDecay,
     start: &SearchStart,
-) -> Result<(Diagnosed, bool)> {
+) -> Result<Likely> {
     let mut found = search::search(decay, start)?;
     let decay = &found.decay;
-    let last = found.path.pop().expect("the plain model");
-    found.path.push(polished(last, decay));
-    found.path = found.path.into_iter().map(|model| with_discrepancy(model, decay)).collect();
-    let last = found.path.last().expect("the plain model");
-    let explained = is_explained(last, decay);
-    let alone = explained && beyond(&found.plain, last).len() < 2;
+    let last = polished(found.path.pop().expect("the plain model"), decay);
+    let explained = is_explained(&last, decay);
+    let alone = explained && beyond(&found.plain, &last).len() < 2;
     // Random forcing that hardly shows bends a single effect to it; then it has to be likelier by itself.
-    let forced = !alone || forced::forced_rather_than(decay, &start.plain, last).is_some();
-    if let Some(forced) = forced.then(|| random_forcing(record, decay, start, last)).flatten() {
-        // Named though not always believed: no definite law stands for them.
-        return Ok((forced, true));
+    let forced = !alone || forced::forced_rather_than(decay, &start.plain, &last).is_some();
+    let forced = forced.then(|| random_forcing(record, decay, start, &last)).flatten();
+    found.path.push(last);
+    Ok(Likely { found, explained, forced })
+}
+
+impl Likely {
+    /// Whether something is down to the noise.
+    pub(super) fn explains(&self) -> bool {
+        self.explained || self.forced.is_some()
     }
-    let steps = steps(decay, &found.path);
-    let effects: Vec<Effect> = steps.iter().filter_map(|step| step.added.clone()).collect();
-    // Effects can be bent to a short record; they have to predict the rest of it too.
-    let is_predicted = steps.last().is_some_and(|s| s.held_out_over_noise < NEAR_NOISE);
-    let status = match (explained && is_predicted, effects.is_empty()) {
-        (true, true) => Status::Adequate,
-        (true, false) => Status::Explained,
-        (false, _) => Status::Unexplained,
-    };
-    let chosen = Chosen {
-        status: Some(status),
-        effects,
-        indistinguishable: found
-            .indistinguishable
-            .iter()
-            .map(|(a, b)| [a.clone(), b.clone()])
-            .collect(),
-        steps,
-        held_out: HeldOut::LaterPart,
-        candidates: candidates(decay, &found.plain, &found.singles, &found.refused),
-        model: name_of(&found.plain.structure.effects),
-    };
-    let models = [from_ref(&found.plain), from_ref(last)];
-    let mut diagnosis = Diagnosis::of(&[record.name()], from_ref(decay), models, chosen);
-    if status == Status::Explained
-        && let Some(model) = late_release::from_release(record, decay, last)
-    {
-        let parameters = model.effect_parameters().into_iter().collect();
-        diagnosis.steps.last_mut().expect("a model").parameters = parameters;
-        diagnosis.releases[0].has_numbers_of(decay, &model);
-        diagnosis.modal = Some(model.modal());
+
+    /// Every effect alone, best first.
+    pub(super) fn candidates(&self) -> Vec<Candidate> {
+        let SearchResult { decay, plain, singles, refused, .. } = &self.found;
+        candidates(decay, plain, singles, refused)
     }
-    let good = status != Status::Unexplained;
-    let path = found.path.into_iter().map(|model| vec![model]).collect();
-    let decays = vec![found.decay];
-    Ok((Diagnosed { diagnosis, decays, singles: found.singles, path }, good))
+
+    /// The answer: which effects, or which random forcing, bring the model that is there down to the noise,
+    /// as far as they do.
+    pub(super) fn answer(self, record: &Record) -> Diagnosed {
+        let candidates = self.candidates();
+        let Self { mut found, explained, forced } = self;
+        if let Some(forced) = forced {
+            return forced;
+        }
+        let decay = &found.decay;
+        found.path = found.path.into_iter().map(|model| with_discrepancy(model, decay)).collect();
+        let last = found.path.last().expect("the plain model");
+        let mut steps = steps(decay, &found.path);
+        let effects: Vec<Effect> = steps.iter().filter_map(|step| step.added.clone()).collect();
+        let holds = explained && is_predicted(decay, last, &steps);
+        let status = match (holds, effects.is_empty()) {
+            (true, true) => Status::Adequate,
+            (true, false) => Status::Explained,
+            (false, _) => Status::Unexplained,
+        };
+        // Two effects may be needed before either predicts.
+        let mut least = f64::INFINITY;
+        for step in &mut steps {
+            least = least.min(step.held_out_over_noise);
+            step.held_out_over_noise = least;
+        }
+        let chosen = Chosen {
+            status: Some(status),
+            effects,
+            indistinguishable: found.indistinguishable,
+            steps,
+            held_out: HeldOut::LaterPart,
+            candidates,
+            model: name_of(&found.plain.structure.effects),
+        };
+        let models = [from_ref(&found.plain), from_ref(last)];
+        let mut diagnosis = Diagnosis::of(&[record.name()], from_ref(decay), models, chosen);
+        if status == Status::Explained
+            && let Some(model) = late_release::from_release(record, decay, last)
+        {
+            let parameters = model.effect_parameters().into_iter().collect();
+            diagnosis.steps.last_mut().expect("a model").parameters = parameters;
+            diagnosis.releases[0].has_numbers_of(decay, &model);
+            diagnosis.modal = Some(model.modal());
+        }
+        let path = found.path.into_iter().map(|model| vec![model]).collect();
+        Diagnosed { diagnosis, decays: vec![found.decay], singles: found.singles, path }
+    }
+}
+
+/// Whether `model`, the last of `steps`, is more than bent to the record: its earlier part predicts the later one,
+/// or most of what every smaller model misses there, and more it cannot tell: fitted alone it has the same numbers
+/// but for chance.
+fn is_predicted(decay: &FreeDecay, model: &Fitted, steps: &[Step]) -> bool {
+    let held_out = |step: &Step| step.held_out_over_noise.powi(2);
+    let (last, smaller) = steps.split_last().expect("the plain model");
+    if last.held_out_over_noise < NEAR_NOISE {
+        return true;
+    }
+    let earlier = refit(decay, model, earlier_count(decay));
+    let squares: f64 = model.residuals[..earlier.count].iter().map(|r| r * r).sum();
+    let numbers = model.parameters.len() as f64;
+    let variance = earlier.sum_of_squares / (earlier.count as f64 - numbers);
+    smaller.iter().all(|step| held_out(last) < MOST_LEFT * held_out(step))
+        && (squares - earlier.sum_of_squares) / variance < rare_chi_squared(numbers)
 }
 
 /// The answer by the random forcing that explains the record, with the effects beside it, where no definite
@@ -91,12 +137,6 @@ fn random_forcing(
 ) -> Option<Diagnosed> {
     let (deterministic, n) = buffeting::definite_criterion(decay, best);
     let alone = buffeting::fit(decay, &start.plain)?;
-    // Beyond, an effect is not looked for beside random forcing that by itself is no better than a definite
-    // model.
-    let far = start.plain.over_noise(decay) > USED_UP_TO;
-    if far && deterministic - alone.deviance < bic::MARGIN {
-        return None;
-    }
     let numbers = start.plain.parameters.len();
     let holds = |f: &Forced| {
         // Without the forcing its effects may do as well.

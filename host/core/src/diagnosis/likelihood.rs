@@ -15,9 +15,6 @@ pub(super) const MOST_EFFECTS: usize = 6;
 /// same readings, from which the floor is known, have 924/400 of it, and the readings in common. Of means of
 /// several readings it is less.
 const OF_RATIO: f64 = 924.0 / 400.0 - 1.0;
-/// Residual of the plain model over the noise up to which likelihood is asked: of what is farther off it says
-/// little.
-pub(crate) const USED_UP_TO: f64 = 40.0;
 /// Residual over noise up to which a model is near it: what it leaves may sharpen the floor of coloured
 /// noise, what explains predicts the later part so well, and a flexible effect is tried beside others.
 pub(crate) const NEAR_NOISE: f64 = 1.5;

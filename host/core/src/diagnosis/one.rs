@@ -2,11 +2,11 @@
 
 use crate::diagnosis::account::{self, Account};
 use crate::diagnosis::alike::alike;
-use crate::diagnosis::answer::{Candidate, Diagnosed, Diagnosis, HeldOut, Options, Status, Step};
+use crate::diagnosis::answer::{Diagnosed, Diagnosis, HeldOut, Options, Status, Step};
 use crate::diagnosis::by_likelihood::by_likelihood;
 use crate::diagnosis::guards;
-use crate::diagnosis::likelihood::{is_explained, NEAR_NOISE, USED_UP_TO};
-use crate::diagnosis::search::{self, SearchStart};
+use crate::diagnosis::likelihood::NEAR_NOISE;
+use crate::diagnosis::search::SearchStart;
 use crate::diagnosis::survivors;
 use crate::diagnosis::verdict::{name_of, Chosen};
 use crate::discrepancy::ABOVE_NOISE;
@@ -24,7 +24,7 @@ pub(super) fn of_one(record: &Record, decay: FreeDecay, options: &Options) -> Re
     // another.
     if !present.effects.iter().all(Effect::shows_in_pieces) {
         let start = SearchStart::of(&decay, options)?;
-        return Ok(by_likelihood(record, &decay, &start)?.0);
+        return Ok(by_likelihood(record, &decay, &start)?.answer(record));
     }
     let survivors = survivors::search(&decay, &options.own, present)?;
     let rest_is_known = options.zero_unknown || present.effects.iter().any(Effect::moves_rest);
@@ -37,29 +37,28 @@ pub(super) fn of_one(record: &Record, decay: FreeDecay, options: &Options) -> Re
         Err(Error::NotFitted) => return by_prediction(record, decay, account, name),
         start => start?,
     };
-    let plain = &start.plain;
-    let lowest = plain.rms_rad().min(account.plain().rms_rad());
-    let near = lowest < USED_UP_TO * decay.noise_rad || is_explained(best, &decay);
-    let explains = |single: &Fitted| single.converged && search::is_explained(single, &decay);
-    let one_explains = start.singles.iter().any(explains);
     // What is random predicts nothing: it may stand beside effects that predict most of the record, where it
     // is believed, not in their place.
     let stands = |found: &Diagnosed| {
-        let mut beside = found.diagnosis.effects.iter().filter(|e| !e.is_random()).peekable();
-        let is_random = found.diagnosis.effects.iter().any(Effect::is_random);
+        let Diagnosis { effects, status, .. } = &found.diagnosis;
+        if !effects.iter().any(Effect::is_random) {
+            return *status != Status::Unexplained;
+        }
+        let mut beside = effects.iter().filter(|e| !e.is_random()).peekable();
         let beside_them = beside.peek().is_some() && beside.all(|e| account.effects.contains(e));
-        let is_believed = found.diagnosis.status == Status::Explained;
-        !is_random || !account.explains_most() || (is_believed && beside_them)
+        !account.explains_most() || *status == Status::Explained && beside_them
     };
-    if near || one_explains {
-        let (diagnosed, good) = by_likelihood(record, &decay, &start)?;
-        if good && stands(&diagnosed) {
+    let likely = by_likelihood(record, &decay, &start)?;
+    // Why a line is none, which pieces do not show.
+    let mut refused = likely.candidates();
+    refused.retain(|c| c.reason.is_some() && c.effect.line().is_some());
+    if likely.explains() {
+        let diagnosed = likely.answer(record);
+        if stands(&diagnosed) {
             return Ok(diagnosed);
         }
-        // Why a line is none, which pieces do not show.
-        let refused = |c: &Candidate| c.reason.is_some() && c.effect.line().is_some();
-        account.candidates.extend(diagnosed.diagnosis.candidates.into_iter().filter(refused));
     }
+    account.candidates.extend(refused);
     decay.stop.check()?;
     by_prediction(record, decay, account, name)
 }

@@ -5,9 +5,12 @@ use crate::at_once::AtOnce;
 use crate::bic::{self, MARGIN};
 use crate::diagnosis::alone::Alone;
 use crate::diagnosis::answer::Options;
+use crate::diagnosis::flexible::is_simple;
+use crate::diagnosis::guards;
 use crate::diagnosis::likelihood::MOST_EFFECTS;
 use crate::diagnosis::nested::{Judge, Nested};
 use crate::diagnosis::search::sharpened;
+use crate::diagnosis::search_start::library;
 use crate::effects::{Acts, Effect};
 use crate::error::Result;
 use crate::fit::fitting::{
@@ -127,7 +130,28 @@ impl Search<'_> {
         let nearer =
             |a: &ModelOfReleases, b: &ModelOfReleases| self.misfit(a).total_cmp(&self.misfit(b));
         let all = both.into_iter().min_by(nearer).expect("a model");
-        Nested::pruned(&self, all)?.path(&self, self.plain.clone())
+        self.bent(Nested::pruned(&self, all)?)?.path(&self, self.plain.clone())
+    }
+
+    /// `here`, or the effect that bends and is nearer than several of it.
+    fn bent(&self, here: Nested<ModelOfReleases>) -> Result<Nested<ModelOfReleases>> {
+        if self.effects(&here.model).len() < 2 {
+            return Ok(here);
+        }
+        let about_rest = here.model.fits[0].structure.about_rest;
+        let stands = |bent: &ModelOfReleases| {
+            self.misfit(bent) < self.misfit(&here.model)
+                && bent.fits.iter().zip(self.decays).all(|(fit, decay)| {
+                    !is_simple(fit, decay)
+                        && guards::refusal(fit, decay, &self.plain.effects).is_none()
+                })
+        };
+        let mut flexible = library(&self.decays[0], &here.model.effects);
+        flexible.retain(Effect::is_flexible);
+        let bent = flexible.into_iter().map(|effect| self.begun(&[effect], about_rest));
+        let bent = bent.collect::<Result<Vec<_>>>()?.into_iter().filter(stands);
+        let nearest = bent.min_by(|a, b| self.misfit(a).total_cmp(&self.misfit(b)));
+        Ok(nearest.map_or(here, Nested::from))
     }
 
     /// What the releases' answers name beyond what is there.

@@ -31,7 +31,7 @@ pub(crate) struct SearchResult {
     /// The models from plain to final, an effect more each.
     pub(crate) path: Vec<Fitted>,
     /// For an accepted effect those that do as well in its place.
-    pub(crate) indistinguishable: Vec<(Effect, Effect)>,
+    pub(crate) indistinguishable: Vec<[Effect; 2]>,
     /// Effects that helped and cannot stand.
     pub(crate) refused: Vec<Refusal>,
 }
@@ -255,7 +255,7 @@ fn rivals(
     Nested { model, without }: &Nested<Fitted>,
     candidates: &[Effect],
     rounds: &[Vec<Fitted>],
-) -> Vec<(Effect, Effect)> {
+) -> Vec<[Effect; 2]> {
     let effects = beyond(plain, model);
     let effective = model.effective_count();
     let as_good = |other: &Fitted| {
@@ -263,12 +263,12 @@ fn rivals(
     };
     let outside: Vec<Effect> =
         candidates.iter().filter(|&c| !effects.contains(c)).cloned().collect();
-    let in_place_of = |(inside, inner): (&Effect, &Fitted)| -> Vec<(Effect, Effect)> {
+    let in_place_of = |(inside, inner): (&Effect, &Fitted)| -> Vec<[Effect; 2]> {
         if effects.len() == 1 {
             let others = rounds[0].iter().filter(|m| beyond(plain, m) != effects);
             return others
                 .filter(|m| as_good(m))
-                .map(|m| (inside.clone(), beyond(plain, m)[0].clone()))
+                .map(|m| [inside.clone(), beyond(plain, m)[0].clone()])
                 .collect();
         }
         let screen = Screen::new(decay, inner);
@@ -276,7 +276,7 @@ fn rivals(
             .iter()
             .map_at_once(|e| {
                 let rivals = may_rival(&screen, e, model) && as_good(&added(decay, inner, e));
-                rivals.then(|| (inside.clone(), e.clone()))
+                rivals.then(|| [inside.clone(), e.clone()])
             })
             .flatten()
             .collect()

@@ -1,7 +1,7 @@
 //! The verdicts on records with a hidden effect. Every figure asserted is printed:
 //! `cargo test --release -p yawrig-core --test estimator diagnose -- --nocapture`. Chance is fixed by the
-//! seeds; YAWRIG_SEED moves all of them, and YAWRIG_HIDDEN, YAWRIG_PLAIN, YAWRIG_PAIRS and YAWRIG_OUTSIDE say
-//! how many of each.
+//! seeds; YAWRIG_SEED moves all of them, and YAWRIG_HIDDEN, YAWRIG_PLAIN, YAWRIG_PAIRS, YAWRIG_FAR and
+//! YAWRIG_OUTSIDE say how many of each.
 
 #[path = "hidden/detectable.rs"]
 mod detectable;
@@ -216,6 +216,23 @@ fn two_hidden_effects_are_both_named_and_nothing_else() {
         .filter(|c| !c.names_all() || c.found.status != Status::Explained)
         .for_each(Case::print);
     println!("pairs named exactly: {right} of {n}");
+    assert!(right as f64 >= 0.8 * n as f64);
+}
+
+/// As far from the noise as measured records are, where pieces of them show nothing that follows time.
+#[test]
+fn pairs_far_from_the_noise_are_both_named() {
+    let n = number("YAWRIG_FAR", 6);
+    // What takes energy out ends the motion before it is so far off.
+    let least = [Effect::CoulombFriction, Effect::QuadraticDamping, Effect::CubicDamping];
+    let reaches = |plan: &Plan| !plan.effects.iter().any(|e| e.is_random() || least.contains(e));
+    let far = |i: u64| Plan { far: true, ..pair(i, 0) };
+    let cases = cases((0..).map(far).filter(reaches).take(n as usize).collect());
+    let right = |c: &&Case| c.names_all() && c.found.status == Status::Explained;
+    cases.iter().filter(|c| !right(c)).for_each(Case::print);
+    let right = cases.iter().filter(right).count();
+    let slowest = cases.iter().map(|c| c.seconds).fold(0.0, f64::max);
+    println!("far pairs named exactly: {right} of {n}; slowest {slowest:.1} s");
     assert!(right as f64 >= 0.8 * n as f64);
 }
 

@@ -51,6 +51,8 @@ pub struct Plan {
     pub rate_hz: Option<f64>,
     /// Effects of a quarter to half of the size, under a coarse sensor with coloured noise.
     pub faint: bool,
+    /// Effects of such a size that the plain model fails by twenty to two hundred times the noise.
+    pub far: bool,
 }
 
 /// Of a size that is plainly visible, how much a faint effect has.
@@ -116,7 +118,8 @@ impl Setup {
     }
 }
 
-/// Plants each effect at a size at which the plain model alone fails by two to twenty times the noise.
+/// Plants each effect at a size at which the plain model alone fails by two to twenty times the noise, or by
+/// what the plan says.
 pub fn plant(plan: &Plan) -> Planted {
     let mut rng = ChaCha8Rng::seed_from_u64(plan.seed);
     for _ in 0..200 {
@@ -135,7 +138,8 @@ pub fn plant(plan: &Plan) -> Planted {
         let sized: Option<Vec<Law>> = laws
             .into_iter()
             .map(|law| {
-                let target = log_uniform(&mut rng, 2.5, 20.0);
+                let (least, most) = if plan.far { (20.0, 200.0) } else { (2.5, 20.0) };
+                let target = log_uniform(&mut rng, least, most);
                 scaled(&setup, law, target, noise_seed)
             })
             .collect();
