@@ -14,7 +14,7 @@ use crate::diagnosis::verdict::{name_of, Chosen, MOST_LEFT};
 use crate::effects::{Acts, Effect};
 use crate::error::Result;
 use crate::fit::at_amplitude::with_discrepancy;
-use crate::fit::fitting::{polished, refit, Fitted};
+use crate::fit::fitting::{refit, Fitted};
 use crate::fit::free_decay::FreeDecay;
 use crate::record::Record;
 use crate::statistics::rare_chi_squared;
@@ -36,15 +36,14 @@ pub(super) fn by_likelihood(
     decay: &FreeDecay,
     start: &SearchStart,
 ) -> Result<Likely> {
-    let mut found = search::search(decay, start)?;
+    let found = search::search(decay, start)?;
     let decay = &found.decay;
-    let last = polished(found.path.pop().expect("the plain model"), decay);
-    let explained = is_explained(&last, decay);
-    let alone = explained && beyond(&found.plain, &last).len() < 2;
+    let last = found.path.last().expect("the plain model");
+    let explained = is_explained(last, decay);
+    let alone = explained && beyond(&found.plain, last).len() < 2;
     // Random forcing that hardly shows bends a single effect to it; then it has to be likelier by itself.
-    let forced = !alone || forced::forced_rather_than(decay, &start.plain, &last).is_some();
-    let forced = forced.then(|| random_forcing(record, decay, start, &last)).flatten();
-    found.path.push(last);
+    let forced = !alone || forced::forced_rather_than(decay, &start.plain, last).is_some();
+    let forced = forced.then(|| random_forcing(record, decay, start, last)).flatten();
     Ok(Likely { found, explained, forced })
 }
 

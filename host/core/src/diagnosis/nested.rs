@@ -78,8 +78,9 @@ impl<M: Clone + Send + Sync> Nested<M> {
             let Some(smaller) = here.least(judge, |_| true) else { break };
             path.push(std::mem::replace(&mut here, smaller.into()).model);
         }
-        path.extend((!judge.effects(&here.model).is_empty()).then_some(here.model));
-        path.push(plain);
+        let is_plain = judge.effects(&here.model).is_empty();
+        path.push(here.model);
+        path.extend((!is_plain).then_some(plain));
         path.reverse();
         Ok(path)
     }

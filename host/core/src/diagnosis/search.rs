@@ -13,7 +13,7 @@ pub(crate) use crate::diagnosis::search_start::SearchStart;
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::about_rest::{added, removed};
-use crate::fit::fitting::Fitted;
+use crate::fit::fitting::{polished, Fitted};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::linear_gain::Screen;
 use crate::stop::Stop;
@@ -64,7 +64,7 @@ pub(crate) fn search(decay: &FreeDecay, start: &SearchStart) -> Result<SearchRes
             false => Vec::new(),
         };
         decay.stop.check()?;
-        let judge = ByEvidence { decay: &decay, start: &start };
+        let judge = ByEvidence { decay: &decay, start: &start, precisely: false };
         let path = accepted.path(&judge, plain.clone())?;
         let (plain, singles) = (start.plain, singles.clone());
         return Ok(SearchResult { decay, plain, singles, path, indistinguishable, refused });
@@ -136,10 +136,17 @@ fn search_from(
             accepted = leader.clone();
         }
     }
-    let judge = ByEvidence { decay: &decay, start };
+    let judge = ByEvidence { decay: &decay, start, precisely: false };
     let mut accepted = Nested::pruned(&judge, accepted)?;
     if let Some(bent) = flexible::instead(&decay, plain, &accepted.model, singles, refused) {
         accepted = Nested::pruned(&judge, bent)?;
+    }
+    let quick = accepted.model.parameters.clone();
+    accepted.model = polished(accepted.model, &decay);
+    if accepted.model.parameters != quick && is_explained(&accepted.model, &decay) {
+        // What is needed only to make up for the error of quick simulations is needless.
+        let judge = ByEvidence { precisely: true, ..judge };
+        accepted = Nested::pruned(&judge, accepted.model)?;
     }
     Ok((decay, rounds, accepted))
 }
@@ -224,6 +231,8 @@ fn expanded(decay: &FreeDecay, round: &[Fitted], all: &[Effect], width: usize) -
 struct ByEvidence<'a> {
     decay: &'a FreeDecay,
     start: &'a SearchStart,
+    /// Whether models are simulated without the error of a step.
+    precisely: bool,
 }
 
 impl Judge for ByEvidence<'_> {
@@ -235,7 +244,8 @@ impl Judge for ByEvidence<'_> {
     fn without(&self, model: &Fitted, effect: &Effect) -> Option<Fitted> {
         let left = model.structure.without(effect).effects;
         let known = self.start.singles.iter().find(|s| s.structure.effects == left && s.converged);
-        Some(known.cloned().unwrap_or_else(|| removed(self.decay, model, effect)))
+        let smaller = known.cloned().unwrap_or_else(|| removed(self.decay, model, effect));
+        Some(if self.precisely { polished(smaller, self.decay) } else { smaller })
     }
     fn is_worth(&self, smaller: &Fitted, larger: &Fitted) -> bool {
         !smaller.converged || is_worth(smaller, larger, larger.effective_count())
