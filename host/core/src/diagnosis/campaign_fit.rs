@@ -48,7 +48,7 @@ impl<'a> Campaign<'a> {
         let stop = &self.decays[0].stop;
         let structure = structure(model);
         // Each release once more, for the uncertainties of coefficients that ended at zero.
-        let start = |fit: &Fitted| fit.in_order_of(&structure).0;
+        let start = |fit: &Fitted| fit.in_order_of(&structure);
         let alone = self.each_alone(&structure, model.fits.iter().map(start));
         stop.check()?;
         let tied = self.tied(&alone, &structure);

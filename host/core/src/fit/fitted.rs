@@ -282,17 +282,14 @@ impl Fitted {
     pub fn varied(&self, effect: &Effect) -> Option<&[f64]> {
         Some(self.of_effect(effect, self.structure.place(effect)?))
     }
-    /// The numbers as `structure` orders them, zero for an effect that is not in the model, each with its
-    /// variance where it is known.
-    pub(crate) fn in_order_of(&self, structure: &Structure) -> (Vec<f64>, Vec<Option<f64>>) {
-        let mut from: Vec<Option<usize>> = (0..structure.own_numbers()).map(Some).collect();
+    /// The numbers as `structure` orders them, zero for an effect that is not in the model.
+    pub(crate) fn in_order_of(&self, structure: &Structure) -> Vec<f64> {
+        let mut p = self.parameters[..structure.own_numbers()].to_vec();
         for effect in &structure.effects {
-            let at = self.structure.place(effect);
-            from.extend((0..effect.parameters().len()).map(|i| at.map(|at| at + i)));
+            let none = vec![0.0; effect.parameters().len()];
+            p.extend(self.varied(effect).unwrap_or(&none));
         }
-        let value = |at: &Option<usize>| at.map_or(0.0, |at| self.parameters[at]);
-        let variance = |at: &Option<usize>| Some(self.covariance.as_ref()?[((*at)?, (*at)?)]);
-        (from.iter().map(value).collect(), from.iter().map(variance).collect())
+        p
     }
     /// The numbers for a fit of `structure`; none where it has an effect more, but for a constant moment in
     /// place of the sensor's zero.

@@ -282,25 +282,12 @@ pub fn fit(
     sharing: &Sharing,
     starts: &[Vec<f64>],
 ) -> JointFit {
-    fit_weighted(releases, structure, sharing, starts, &|_, _| None)
-}
-
-/// The same, each number of each release with this `weight` where it is known.
-fn fit_weighted(
-    releases: &[Release],
-    structure: &Structure,
-    sharing: &Sharing,
-    starts: &[Vec<f64>],
-    weight: &dyn Fn(usize, usize) -> Option<f64>,
-) -> JointFit {
     let together = JointProblem::new(releases, structure, sharing, starts);
-    let start = together.gathered(starts, weight);
-    let fit = together.minimise(&start, EVALUATIONS);
+    let fit = together.minimise(&together.gathered(starts), EVALUATIONS);
     JointFit::new(structure, sharing, together, fit)
 }
 
-/// Fits `structure` from each release's own fit, which holds every effect that `sharing` gives the release;
-/// what is known better weighs more.
+/// Fits `structure` from each release's own fit, which holds every effect that `sharing` gives the release.
 pub fn fit_from(
     releases: &[Release],
     structure: &Structure,
@@ -309,10 +296,8 @@ pub fn fit_from(
 ) -> JointFit {
     let ordered =
         |(i, single): (usize, &&Fitted)| single.in_order_of(&sharing.of_release(structure, i));
-    let (starts, variances): (Vec<Vec<f64>>, Vec<Vec<Option<f64>>>) =
-        singles.iter().enumerate().map(ordered).unzip();
-    let weight = |i: usize, j: usize| variances[i][j].filter(|v| *v > 0.0).map(f64::recip);
-    let direct = fit_weighted(releases, structure, sharing, &starts, &weight);
+    let starts: Vec<Vec<f64>> = singles.iter().enumerate().map(ordered).collect();
+    let direct = fit(releases, structure, sharing, &starts);
     let over =
         |(r, single): (&Release, &&Fitted)| single.sum_of_squares / r.decay.noise_rad.powi(2);
     let apart: f64 = releases.iter().zip(singles).map(over).sum();

@@ -9,7 +9,7 @@ use crate::fit::structure::Structure;
 use crate::motion::simulate::{readings_of_all, Grid, Motion};
 use crate::record::Derivative;
 use crate::solver::{minimise, off_bounds, Fit, Options, Problem, Rows};
-use crate::statistics::weighted_median;
+use crate::statistics::median;
 use nalgebra::{DMatrix, DVector};
 
 /// Of an effect's size (where it rivals the spring): the step of the differences.
@@ -251,20 +251,14 @@ impl<'a> JointProblem<'a> {
         Self { parts, places, bounds }
     }
 
-    /// The median of each number over the releases that share it, `weight(release, number)` each, where any
-    /// is known: one that is in another minimum draws no mean aside.
-    pub(crate) fn gathered(
-        &self,
-        starts: &[Vec<f64>],
-        weight: &dyn Fn(usize, usize) -> Option<f64>,
-    ) -> Vec<f64> {
-        let mut all: Vec<Vec<(f64, f64)>> = vec![Vec::new(); self.places.count];
-        for (i, start) in starts.iter().enumerate() {
-            for (j, (&at, &value)) in self.places.of[i].iter().zip(start).enumerate() {
-                all[at].push((value, weight(i, j).unwrap_or(0.0)));
-            }
+    /// The median of each number over the releases that share it: one that is in another minimum draws no
+    /// mean aside.
+    pub(crate) fn gathered(&self, starts: &[Vec<f64>]) -> Vec<f64> {
+        let mut all: Vec<Vec<f64>> = vec![Vec::new(); self.places.count];
+        for (places, start) in self.places.of.iter().zip(starts) {
+            places.iter().zip(start).for_each(|(&at, &value)| all[at].push(value));
         }
-        all.iter_mut().map(|values| weighted_median(values)).collect()
+        all.iter_mut().map(|values| median(values)).collect()
     }
 
     /// What the model lacks at its fitted numbers `all`, those marked `fixed` apart; `None` where it lacks
