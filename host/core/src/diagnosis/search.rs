@@ -215,7 +215,9 @@ fn expanded(decay: &FreeDecay, round: &[Fitted], all: &[Effect], width: usize) -
         let least = promising.iter().find(|p| !p.1.is_own()).map_or(0.0, |p| p.0);
         let behind = |left: f64| near(inner) && bic::gain(left, least, n, 0.0) > DECISIVE;
         let promising = promising.into_iter().take_while(|p| !behind(p.0));
-        for (_, effect) in promising.take(BREADTH) {
+        // From farther off it is not; beyond pairs that would take too long.
+        let all = !near(inner) && inner.structure.effects.len() < 2;
+        for (_, effect) in promising.take(if all { usize::MAX } else { BREADTH }) {
             let mut set = inner.structure.with(&effect).effects;
             set.sort_unstable();
             if !seen.contains(&set) {
