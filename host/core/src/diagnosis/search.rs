@@ -8,6 +8,7 @@ pub use crate::diagnosis::likelihood::is_explained;
 pub(crate) use crate::diagnosis::likelihood::{beyond, evidence};
 use crate::diagnosis::likelihood::{may_rival, BREADTH, DECISIVE, NEAR_NOISE};
 use crate::diagnosis::nested::{Judge, Nested};
+use crate::diagnosis::prediction::LEAST_GAIN;
 pub use crate::diagnosis::search_start::present;
 pub(crate) use crate::diagnosis::search_start::SearchStart;
 use crate::effects::Effect;
@@ -88,10 +89,8 @@ fn search_from(
     refused: &[Refusal],
 ) -> Result<(FreeDecay, Vec<Vec<Fitted>>, Nested<Fitted>)> {
     let SearchStart { plain, candidates, singles } = start;
-    let count = decay.yaw_rad.len();
     let leading = best(singles).filter(|s| criterion(s) < criterion(plain)).unwrap_or(plain);
     let mut decay = sharpened(decay.clone(), leading);
-    let best_count = |models: &[Fitted]| best(models).map_or(count as f64, Fitted::effective_count);
 
     // Rounds of pairs, threes and fours, as long as the best so far is not down to the noise or gains by
     // another.
@@ -99,13 +98,13 @@ fn search_from(
     while rounds.len() < MOST_BY_LIKELIHOOD {
         let last = rounds.last().expect("a round");
         let Some(leader) = best(last) else { break };
-        let smaller = if rounds.len() == 1 {
-            plain.clone()
-        } else {
-            best(&rounds[rounds.len() - 2]).expect("a leader").clone()
-        };
-        // The round gained nothing even on the kindest count of residuals: no further one will.
-        if !is_worth(&smaller, leader, count as f64) {
+        let smaller = rounds.iter().nth_back(1).and_then(|round| best(round)).unwrap_or(plain);
+        // The round gained nothing even on the kindest count of residuals, or far from the noise next to
+        // nothing: no further one will.
+        let next_to_nothing = rounds.len() > 1
+            && leader.over_noise(&decay) > NEAR_NOISE
+            && leader.rms_rad() > (1.0 - LEAST_GAIN) * smaller.rms_rad();
+        if next_to_nothing || !is_worth(smaller, leader, decay.yaw_rad.len() as f64) {
             break;
         }
         let next = if is_explained(leader, &decay) {
@@ -128,11 +127,8 @@ fn search_from(
     }
 
     let mut accepted = plain.clone();
-    for round in &rounds {
-        let effective = best_count(round);
-        if let Some(leader) = best(round)
-            && is_worth(&accepted, leader, effective)
-        {
+    for leader in rounds.iter().filter_map(|round| best(round)) {
+        if is_worth(&accepted, leader, leader.effective_count()) {
             accepted = leader.clone();
         }
     }
@@ -182,8 +178,8 @@ fn beside(decay: &FreeDecay, model: &Fitted, all: &[Effect]) -> Vec<Fitted> {
     predicted.iter().filter(tried).map_at_once(|(_, e)| added(decay, model, e)).collect()
 }
 
-/// Each of the `width` best with the effects of the largest linear gain beside it, each set once; beside a
-/// leader that is near the noise those only that may be as good.
+/// Each of the `width` best with the effects of the largest linear gain beside it, each set once: the leader's
+/// with every effect where it is one far from the noise, and where it is near those only that may be as good.
 fn expanded(decay: &FreeDecay, round: &[Fitted], all: &[Effect], width: usize) -> Vec<Fitted> {
     let mut order: Vec<&Fitted> = round.iter().filter(|m| m.converged).collect();
     order.sort_by(|a, b| criterion(a).total_cmp(&criterion(b)));
@@ -215,8 +211,8 @@ fn expanded(decay: &FreeDecay, round: &[Fitted], all: &[Effect], width: usize) -
         let least = promising.iter().find(|p| !p.1.is_own()).map_or(0.0, |p| p.0);
         let behind = |left: f64| near(inner) && bic::gain(left, least, n, 0.0) > DECISIVE;
         let promising = promising.into_iter().take_while(|p| !behind(p.0));
-        // From farther off it is not; beyond pairs that would take too long.
-        let all = !near(inner) && inner.structure.effects.len() < 2;
+        // From farther off it is not: beside the leader every effect is tried. For speed beside one alone.
+        let all = jobs.is_empty() && !near(inner) && inner.structure.effects.len() < 2;
         for (_, effect) in promising.take(if all { usize::MAX } else { BREADTH }) {
             let mut set = inner.structure.with(&effect).effects;
             set.sort_unstable();
