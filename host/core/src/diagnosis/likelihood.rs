@@ -1,4 +1,4 @@
-//! What likelihood says of a fitted model near the noise.
+//! What likelihood says of a fitted model.
 
 use crate::bic;
 use crate::discrepancy::ABOVE_NOISE;

@@ -225,7 +225,7 @@ fn expanded(decay: &FreeDecay, round: &[Fitted], all: &[Effect], width: usize) -
     jobs.into_iter().map_at_once(|(inner, effect)| added(decay, inner, &effect)).collect()
 }
 
-/// Judges models near the noise, where likelihood holds.
+/// Judges models by likelihood.
 struct ByEvidence<'a> {
     decay: &'a FreeDecay,
     start: &'a SearchStart,
