@@ -223,9 +223,15 @@ fn two_hidden_effects_are_both_named_and_nothing_else() {
 #[test]
 fn pairs_far_from_the_noise_are_both_named() {
     let n = number("YAWRIG_FAR", 6);
-    // What takes energy out ends the motion before it is so far off.
-    let least = [Effect::CoulombFriction, Effect::QuadraticDamping, Effect::CubicDamping];
-    let reaches = |plan: &Plan| !plan.effects.iter().any(|e| e.is_random() || least.contains(e));
+    // What takes energy out ends the motion before it is so far off, and forcing outgrows it.
+    let no_swing = [
+        Effect::CoulombFriction,
+        Effect::QuadraticDamping,
+        Effect::CubicDamping,
+        Effect::HarmonicForcing,
+        Effect::Buffeting,
+    ];
+    let reaches = |plan: &Plan| !plan.effects.iter().any(|e| no_swing.contains(e));
     let far = |i: u64| Plan { far: true, ..pair(i, 0) };
     let cases = cases((0..).map(far).filter(reaches).take(n as usize).collect());
     let right = |c: &&Case| c.names_all() && c.found.status == Status::Explained;
