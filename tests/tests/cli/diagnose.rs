@@ -40,12 +40,13 @@ fn diagnose_looks_for_what_the_present_model_lacks() {
 #[test]
 fn diagnose_goes_on_from_the_present_model_far_from_the_noise() {
     let bench = Bench::new();
-    let odd = "id = \"odd\"\ntitle = \"Odd\"\nmoment = \"-h * abs(b)^1.4 * sign(b)\"\n\
-               [parameters]\nh = { unit = \"1/s2\", start = 0.1 }\n";
-    std::fs::write(bench.path("odd.toml"), odd).expect("room for it");
+    // A ripple of the spring, which no effects of the library add up to.
+    let ripple = "id = \"ripple\"\ntitle = \"Ripple\"\nmoment = \"-h * sin(15 * b)\"\n\
+                  [parameters]\nh = { unit = \"rad/s2\", start = 0.1 }\n";
+    std::fs::write(bench.path("ripple.toml"), ripple).expect("room for it");
     let rig = "--natural-frequency 4 --damping 0.002 --amplitude-deg 60 --seconds 60 --rate-hz 100 --noise-deg 0.005";
     let hidden =
-        "--effect pendulum_gravity:g=9 --effect coulomb_friction:c=0.02 --effect odd.toml:h=0.3";
+        "--effect pendulum_gravity:g=9 --effect coulomb_friction:c=0.02 --effect ripple.toml:h=0.05";
     bench.of(&format!("simulate {rig} {hidden} --out far.csv")).run().exits(0);
     let first = bench.json("diagnose far.csv");
     assert_eq!(first["status"], "mostly_explained", "{first}");
