@@ -32,12 +32,12 @@ use yawrig_model::limits::structure;
 /// Which physical effect a second-order model of a record lacks.
 ///
 /// Every effect of the library is fitted, alone and in combination. Those that bring the model down to the
-/// noise are judged by evidence; where none do, by the prediction of parts of the record that were not fitted,
-/// and what is left is said. A reading at rest that is not zero counts as a constant moment unless --unknown-zero says
-/// that the sensor was not zeroed. Your own effect, a moment written as an expression in a file, competes
-/// with them when --effect names it. Where nothing explains a record, its law is measured and named as
-/// `yawrig law` does it, and the best formula is printed with the commands that add it. Nothing is written
-/// but with --out.
+/// noise are judged by evidence; where none do, by the prediction of parts of the record that were not
+/// fitted, and what is left is said. A reading at rest that is not zero counts as a constant moment unless
+/// --unknown-zero says that the sensor was not zeroed. Your own effect, a moment written as an expression
+/// in a file, competes with them when --effect names it. Where nothing explains a record, its law is
+/// measured and named as `yawrig law` does it, and the best formula is printed with the commands that add
+/// it. Nothing is written but with --out.
 ///
 /// With --model the present model's effects stay, and what it lacks beside them is looked for; without a FILE
 /// in the model's own record.

@@ -21,7 +21,7 @@ use std::collections::BTreeMap;
 pub(crate) struct Step {
     pub(crate) added: Option<Effect>,
     pub(crate) model: Fitted,
-    /// Rms of what was predicted, by this model or a smaller one on the way that predicts better, rad.
+    /// Rms of what was predicted, rad.
     pub(crate) held_out_rad: f64,
     pub(crate) parameters: BTreeMap<String, Quantity>,
 }
@@ -155,10 +155,6 @@ pub(crate) fn account(
             parameters.insert(name, moment);
         }
         let added = new.or((plain > 0 && steps.len() == plain).then(Effect::of_rest));
-        // Two effects may be needed before either helps: until then a smaller model of the path predicts
-        // better.
-        let smaller = steps.last().map_or(f64::INFINITY, |step: &Step| step.held_out_rad);
-        let held_out_rad = held_out_rad.min(smaller);
         steps.push(Step { added, model, held_out_rad, parameters });
     }
     let candidates = candidates(decay, &survivors, refused);

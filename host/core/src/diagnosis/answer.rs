@@ -318,6 +318,16 @@ pub struct Step {
     pub parameters: BTreeMap<String, Quantity>,
 }
 
+/// Gives each of `steps` the error held out of a smaller one where that predicts better: two effects may be
+/// needed before either does.
+pub(super) fn hold_least(steps: &mut [Step]) {
+    let mut least = f64::INFINITY;
+    for step in steps {
+        least = least.min(step.held_out_over_noise);
+        step.held_out_over_noise = least;
+    }
+}
+
 /// Means of the part from which the later one is predicted.
 pub(super) fn earlier_count(decay: &FreeDecay) -> usize {
     (FITTED_SHARE * decay.yaw_rad.len() as f64) as usize

@@ -2,7 +2,7 @@
 
 use crate::at_once::AtOnce;
 use crate::diagnosis::answer::{
-    earlier_count, step, Candidate, Diagnosed, Diagnosis, HeldOut, Status, Step,
+    earlier_count, hold_least, step, Candidate, Diagnosed, Diagnosis, HeldOut, Status, Step,
 };
 use crate::diagnosis::buffeting::{self, Buffeted};
 use crate::diagnosis::forced::{self, Forced, BEYOND_CHANCE};
@@ -78,12 +78,7 @@ impl Likely {
             (true, false) => Status::Explained,
             (false, _) => Status::Unexplained,
         };
-        // Two effects may be needed before either predicts.
-        let mut least = f64::INFINITY;
-        for step in &mut steps {
-            least = least.min(step.held_out_over_noise);
-            step.held_out_over_noise = least;
-        }
+        hold_least(&mut steps);
         let chosen = Chosen {
             status: Some(status),
             effects,
@@ -108,9 +103,9 @@ impl Likely {
     }
 }
 
-/// Whether `model`, the last of `steps`, is more than bent to the record: its earlier part predicts the later one,
-/// or most of what every smaller model misses there, and more it cannot tell: fitted alone it has the same numbers
-/// but for chance.
+/// Whether `model`, the last of `steps`, is more than bent to the record. Its earlier part predicts the later
+/// one; or most of what every smaller model misses there, and more it cannot tell: fitted alone it has the same
+/// numbers but for chance, which is all that is asked where there is no smaller model.
 fn is_predicted(decay: &FreeDecay, model: &Fitted, steps: &[Step]) -> bool {
     let held_out = |step: &Step| step.held_out_over_noise.powi(2);
     let (last, smaller) = steps.split_last().expect("the plain model");
@@ -119,10 +114,9 @@ fn is_predicted(decay: &FreeDecay, model: &Fitted, steps: &[Step]) -> bool {
     }
     let earlier = refit(decay, model, earlier_count(decay));
     let squares: f64 = model.residuals[..earlier.count].iter().map(|r| r * r).sum();
-    let numbers = model.parameters.len() as f64;
-    let variance = earlier.sum_of_squares / (earlier.count as f64 - numbers);
+    let lost = (squares - earlier.sum_of_squares) / earlier.rms_rad().powi(2);
     smaller.iter().all(|step| held_out(last) < MOST_LEFT * held_out(step))
-        && (squares - earlier.sum_of_squares) / variance < rare_chi_squared(numbers)
+        && lost < rare_chi_squared(model.parameters.len() as f64)
 }
 
 /// The answer by the random forcing that explains the record, with the effects beside it, where no definite

@@ -2,7 +2,7 @@
 
 use crate::diagnosis::account::{self, Account};
 use crate::diagnosis::alike::alike;
-use crate::diagnosis::answer::{Diagnosed, Diagnosis, HeldOut, Options, Status, Step};
+use crate::diagnosis::answer::{hold_least, Diagnosed, Diagnosis, HeldOut, Options, Status, Step};
 use crate::diagnosis::by_likelihood::by_likelihood;
 use crate::diagnosis::guards;
 use crate::diagnosis::likelihood::NEAR_NOISE;
@@ -97,11 +97,13 @@ fn by_prediction(
         let model = account::of_judged(&decay, &account.survivors, rival);
         guards::refusal(&model, &decay, account.survivors.there()).is_none()
     };
+    let mut steps: Vec<Step> = account.steps.iter().map(step).collect();
+    hold_least(&mut steps);
     let chosen = Chosen {
         status: None,
         effects: account.effects.clone(),
         indistinguishable: alike(&account.survivors, allowed)?,
-        steps: account.steps.iter().map(step).collect(),
+        steps,
         held_out: HeldOut::Pieces,
         candidates: account.candidates.clone(),
         model,

@@ -133,7 +133,7 @@ impl Search<'_> {
         self.bent(Nested::pruned(&self, all)?)?.path(&self, self.plain.clone())
     }
 
-    /// `here`, or the effect that bends and is nearer than several of it.
+    /// `here`, or one effect that bends in the place of its several, where that is nearer to all releases.
     fn bent(&self, here: Nested<ModelOfReleases>) -> Result<Nested<ModelOfReleases>> {
         if self.effects(&here.model).len() < 2 {
             return Ok(here);

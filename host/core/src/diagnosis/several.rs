@@ -7,7 +7,7 @@
 //! pieces of all, as over those of one.
 
 use crate::diagnosis::answer::{
-    Candidate, Diagnosed, Diagnosis, HeldOut, Options, ReleaseVerdict, Status, Step,
+    hold_least, Candidate, Diagnosed, Diagnosis, HeldOut, Options, ReleaseVerdict, Status, Step,
 };
 use crate::diagnosis::campaign_fit::Campaign;
 use crate::diagnosis::likelihood::are_explained;
@@ -164,12 +164,9 @@ fn steps(
     present: &[Effect],
     common: &Common,
 ) -> Vec<Step> {
-    // A release from a small angle need not predict one from a large: then a smaller model does so better.
-    let mut least = f64::INFINITY;
     let mut before = present;
     let mut steps = Vec::new();
     for Together { joint, held_out_over_noise, .. } in path {
-        least = least.min(*held_out_over_noise);
         let here = &joint.structure.effects;
         let added = here.iter().find(|e| !before.contains(e)).cloned();
         before = here;
@@ -181,10 +178,12 @@ fn steps(
             added,
             residual_rms_deg: weighted_rms(raw),
             residual_over_noise: joint.over_noise(),
-            held_out_over_noise: least,
+            held_out_over_noise: *held_out_over_noise,
             parameters: common.numbers(joint),
         });
     }
+    // A release from a small angle need not predict one from a large.
+    hold_least(&mut steps);
     steps
 }
 

