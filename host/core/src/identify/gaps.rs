@@ -22,6 +22,8 @@ const SHORTEST: f64 = 0.005;
 const LONGEST_FILLED: f64 = 0.5;
 /// Periods on either side to which the oscillation is fitted.
 const ABOUT: f64 = 1.5;
+/// Samples of a part between gaps, at least: fewer cannot be resampled.
+const FEWEST: usize = 4;
 /// Periods at either edge over which what is measured there decides how far the filling is shifted.
 const EDGE: f64 = 0.05;
 
@@ -120,7 +122,7 @@ pub(crate) fn parts(record: &Record) -> Vec<Record> {
         let file = format!("{} ({first_s:.3} s to {last_s:.3} s)", record.name()).into();
         Record { file, ..record.with(time_s.to_vec(), yaw_deg.to_vec()) }
     };
-    ends.iter_mut().map(part).collect()
+    ends.iter_mut().map(part).filter(|part| part.len() >= FEWEST).collect()
 }
 
 /// `record` without its gaps, for who needs an even grid, and what was done about them.
@@ -223,7 +225,12 @@ fn longest_swing(samples: &Samples<'_>, parting: &[Gap], frequency: f64) -> (f64
     let ends = parting.iter().map(|gap| gap.from_s).chain([last_s]);
     // Of the oscillation: noise is no swing, however long it lasts.
     let swing = |&(from_s, to_s): &(f64, f64)| -> f64 {
-        envelope(&all.between(from_s, to_s), frequency).iter().map(|p| p.amplitude_deg).sum()
+        let part = all.between(from_s, to_s);
+        // A sample alone between two gaps is none, either.
+        match part.is_empty() {
+            true => 0.0,
+            false => envelope(&part, frequency).iter().map(|p| p.amplitude_deg).sum(),
+        }
     };
     let parts = begins.zip(ends).map(|part| (swing(&part), part));
     parts.max_by(|a, b| a.0.total_cmp(&b.0)).expect("at least one part").1
@@ -280,6 +287,18 @@ mod tests {
         let pairs = record.time_s.iter().zip(&record.yaw_deg).filter(|(t, _)| kept(**t));
         let (time_s, yaw_deg) = pairs.unzip();
         Record::new("rig", time_s, yaw_deg)
+    }
+
+    #[test]
+    fn samples_alone_between_long_gaps_are_no_part() {
+        let swing = |t: f64| 20.0 * (-0.1 * t).exp() * (6.0 * t).cos();
+        let times = (0..60).map(|k| f64::from(k) * 0.1).chain([6.9, 7.9, 8.9]);
+        let (time_s, yaw_deg): (Vec<f64>, Vec<f64>) = times.map(|t| (t, swing(t))).unzip();
+        let record = Record::new("r", time_s, yaw_deg);
+        let found = filled(&record).expect("gaps");
+        // All that lies before the first gap.
+        assert_eq!((found.record.len(), found.parting.len()), (60, 3));
+        assert_eq!(parts(&record).len(), 1);
     }
 
     #[test]
