@@ -189,7 +189,10 @@ mod tests {
         assert_eq!(scaled.names().len(), 3);
         assert_eq!(scaled.unit(&|_| Some("V".into())).unwrap().as_deref(), Some("V"));
         assert!((scaled.evaluate(&[1.217, 9.0, -2.0]) - 5.38).abs() < 1e-12);
-        for wrong in ["", "x +", "2 * pi", "sine(x)", "atan2(x)"] {
+        let quoted = OfChannels::parse("(\"Potential (V)\" - #3) * 2").expect("names in quotes");
+        assert_eq!(quoted.names(), ["Potential (V)", "#3"]);
+        assert_eq!(quoted.evaluate(&[3.0, 1.0]), 4.0);
+        for wrong in ["", "x +", "\"x", "#", "\"\"", "2 * pi", "sine(x)", "atan2(x)"] {
             assert!(OfChannels::parse(wrong).is_err(), "{wrong}");
         }
     }

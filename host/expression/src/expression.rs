@@ -135,7 +135,12 @@ fn refuse_sizes(text: &str) -> Result<(), Flaw> {
     }
     let (mut depth, mut signs, mut powers) = (0usize, 0usize, 0usize);
     let mut open = Vec::new();
+    let mut is_quoted = false;
     for (at, c) in text.char_indices() {
+        is_quoted ^= c == '"';
+        if is_quoted {
+            continue;
+        }
         match c {
             '(' => {
                 depth += 1;
@@ -232,7 +237,16 @@ fn binary(_: &mut Input<'_>, operator: Operator, left: Node, right: Node) -> Nod
 
 fn operand(i: &mut Input<'_>) -> Parsed<Node> {
     blank.parse_next(i)?;
-    alt((number, group, name)).parse_next(i)
+    alt((number, group, quoted, name)).parse_next(i)
+}
+
+/// A name of other than letters, in quotes, `"Potential (V)"`; or the number of a channel, `#2`.
+fn quoted(i: &mut Input<'_>) -> Parsed<Node> {
+    let inner =
+        ('"', take_while(1.., |c: char| c != '"'), '"').map(|(_, name, _): (_, &str, _)| name);
+    let number = ('#', take_while(1.., '0'..='9')).take();
+    let (name, at) = alt((inner, number)).with_span().parse_next(i)?;
+    Ok(Node { kind: Kind::Name(name.to_owned()), span: at.clone(), at })
 }
 
 fn number(i: &mut Input<'_>) -> Parsed<Node> {

@@ -17,6 +17,7 @@ use exchange::{bytes, function, numbers, Bytes, Function};
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::PyTuple;
+use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use work::{worked, On};
@@ -25,11 +26,14 @@ use yawrig_base::error::Error;
 use yawrig_base::message::Listener;
 use yawrig_core::identify::several;
 use yawrig_core::record::{Measurand, Record, Said};
-use yawrig_records::Selection;
+use yawrig_records::place::{with_part, Part};
+use yawrig_records::{Channel, Selection};
 
-/// Name, times and numbers, whether its stamps were spread, and what it says it holds, as JSON.
-type Given = (String, PyBackedBytes, PyBackedBytes, bool, String);
-type GivenBack = (String, Bytes, Bytes, bool, String);
+/// Whether a record's stamps were spread, and the relative uncertainty of its rate.
+type Clock = (bool, f64);
+/// Name, times and numbers, the clock, and what it says it holds, as JSON.
+type Given = (String, PyBackedBytes, PyBackedBytes, Clock, String);
+type GivenBack = (String, Bytes, Bytes, Clock, String);
 
 /// What would be said on stderr.
 static SAID: Mutex<Vec<String>> = Mutex::new(Vec::new());
@@ -43,17 +47,17 @@ impl Listener for Kept {
 }
 
 fn record(given: Given) -> yawrig_base::error::Result<Record> {
-    let (name, time_s, yaw_deg, stamps_spread, said) = given;
+    let (name, time_s, yaw_deg, (stamps_spread, rate_u), said) = given;
     let said: Said = from_json(&said)?;
     let record = Record::new(name, numbers(&time_s), numbers(&yaw_deg));
-    yawrig_records::checked(Record { stamps_spread, measurand: said.measurand(), ..record })
+    yawrig_records::checked(Record { stamps_spread, rate_u, measurand: said.measurand(), ..record })
 }
 
 fn given(py: Python<'_>, record: &Record) -> PyResult<GivenBack> {
     let name = record.file.display().to_string();
     let said = to_json(py, &record.measurand)?;
     let [time_s, yaw_deg] = [&record.time_s, &record.yaw_deg].map(|of| bytes(py, of));
-    Ok((name, time_s, yaw_deg, record.stamps_spread, said))
+    Ok((name, time_s, yaw_deg, (record.stamps_spread, record.rate_u), said))
 }
 
 fn from_json<T: serde::de::DeserializeOwned>(text: &str) -> yawrig_base::error::Result<T> {
@@ -122,13 +126,39 @@ fn read(arguments: &Bound<'_, PyTuple>) -> PyResult<GivenBack> {
     given(py, &read)
 }
 
-/// First sample and the one after the last of each release in a record.
-fn releases(arguments: &Bound<'_, PyTuple>) -> PyResult<Vec<(usize, usize)>> {
+/// name, columns (name, unit, numbers), selection as JSON
+fn of_table(arguments: &Bound<'_, PyTuple>) -> PyResult<GivenBack> {
+    type Column = (String, Option<String>, PyBackedBytes);
+    let (name, columns, selection): (PathBuf, Vec<Column>, String) = arguments.extract()?;
+    let py = arguments.py();
+    let selection: Selection = from_json(&selection).map_err(|e| raised(py, e))?;
+    let channel = |(name, unit, values): Column| Channel {
+        name,
+        unit,
+        step_s: None,
+        values: Ok(numbers(&values)),
+    };
+    let channels = columns.into_iter().map(channel).collect();
+    let read = worked(py, On::AllCores, None, move |_| {
+        yawrig_records::of_channels(&name, channels, &selection)
+    })?;
+    given(py, &read)
+}
+
+/// The releases in a record, named by their numbers.
+fn releases(arguments: &Bound<'_, PyTuple>) -> PyResult<Vec<GivenBack>> {
     let (of,): (Given,) = arguments.extract()?;
-    worked(arguments.py(), On::OneThread, None, move |_| {
-        let parts = several::releases(&record(of)?);
-        Ok(parts.into_iter().map(|part| (part.start, part.end)).collect())
-    })
+    let py = arguments.py();
+    let parts = worked(py, On::OneThread, None, move |_| {
+        let whole = record(of)?;
+        let parts = several::releases(&whole);
+        let named = |(k, part): (usize, &Range<usize>)| {
+            let file = with_part(&whole.file, Part::Release(k + 1));
+            Record { file, ..several::sliced(&whole, part) }
+        };
+        Ok(parts.iter().enumerate().map(named).collect::<Vec<Record>>())
+    })?;
+    parts.iter().map(|part| given(py, part)).collect()
 }
 
 /// All that is in the module.
@@ -140,6 +170,7 @@ fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add("ask", function(py, c"ask", ask)?)?;
     module.add("read", function(py, c"read", read)?)?;
+    module.add("of_table", function(py, c"of_table", of_table)?)?;
     module.add("said", function(py, c"said", said)?)?;
     module.add("releases", function(py, c"releases", releases)?)
 }

@@ -82,24 +82,14 @@ fn begin(
     job: impl FnOnce() + Send + 'static,
 ) -> std::result::Result<(), String> {
     let task = task.clone();
-    match on {
-        On::OneThread => {
-            let thread = std::thread::Builder::new().stack_size(STACK);
-            let begun = thread.spawn(move || {
-                task.is_done_here();
-                job();
-            });
-            begun.map(drop).map_err(|e| e.to_string())
-        }
-        On::AllCores => {
-            // Of its own: whatever a thread of it does heeds this task.
-            let pool = rayon::ThreadPoolBuilder::new()
-                .stack_size(STACK)
-                .start_handler(move |_| task.is_done_here())
-                .build();
-            pool.map(|pool| pool.spawn(job)).map_err(|e| e.to_string())
-        }
-    }
+    // A pool of its own, for one thread, too: whatever a thread of it does heeds this task, and that of all
+    // of rayon is not there in a process that was forked.
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(if on == On::OneThread { 1 } else { 0 })
+        .stack_size(STACK)
+        .start_handler(move |_| task.is_done_here())
+        .build();
+    pool.map(|pool| pool.spawn(job)).map_err(|e| e.to_string())
 }
 
 fn tell(

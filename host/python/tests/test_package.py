@@ -1,8 +1,11 @@
 """What a user of Python sees, beside the numbers."""
 
 import doctest
+import os
 import pickle
 import signal
+import subprocess
+import sys
 import threading
 import warnings
 
@@ -10,7 +13,7 @@ import numpy
 import pandas
 import pytest
 import yawrig
-from yawrig import _model, _record, _results, _trace, _verbs
+from yawrig import _arrays, _model, _quantity, _record, _results, _trace, _verbs
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +30,7 @@ def diagnosis(record):
 
 
 def test_examples_of_the_documentation():
-    for module in [yawrig, _model, _record, _results, _trace, _verbs]:
+    for module in [yawrig, _arrays, _model, _quantity, _record, _results, _trace, _verbs]:
         failed, _ = doctest.testmod(module)
         assert failed == 0
     assert doctest.testmod(_verbs).attempted > 3
@@ -146,7 +149,7 @@ def test_errors_have_the_sentence_of_the_program(program, record):
         yawrig.identify(t, numpy.ones(100))
     assert "help:" in str(raised.value) and raised.value.exit_code == 3 and isinstance(raised.value, ValueError)
     with pytest.raises(yawrig.YawrigError, match="record, sample 4: not a finite number"):
-        yawrig.identify(t, [0.0, 1.0, 2.0, float("nan")] + [0.0] * 96)
+        yawrig.identify(t, [0.0, 1.0, 2.0, float("inf")] + [0.0] * 96)
     with pytest.raises(yawrig.YawrigError, match="time runs"):
         yawrig.identify(t[::-1], t)
     with pytest.raises(yawrig.YawrigError, match="100 times and 99 angles"):
@@ -176,8 +179,9 @@ def test_a_call_that_an_error_suggests_reads_the_file(tmp_path, monkeypatch):
     with pytest.raises(yawrig.YawrigError) as raised:
         yawrig.read("camera.csv")
     call = str(raised.value).split("help: ")[1].split("   (")[0]
-    assert call == 'yawrig.read("camera.csv", rate_hz=30, yaw="theta", unit="deg")'
-    assert len(eval(call).time_s) == 2000
+    assert call == 'yawrig.read("camera.csv", time="frame", time_unit="samples", rate_hz=HZ, yaw="theta", unit="deg")'
+    # What stands for a rate that only its user knows.
+    assert len(eval(call, {"yawrig": yawrig, "HZ": 30})) == 2000
 
 
 def test_a_record_that_cannot_be_used_does_not_stop_the_others(record):
@@ -316,3 +320,63 @@ def test_ctrl_c_ends_what_is_going_on(record):
     asked.join()
     # And all goes on after it.
     assert yawrig.identify(record).natural_frequency_rad_s.value > 6
+
+
+def test_arrays_as_numpy_and_pandas_have_them(record):
+    t, x = record.time_s, record.angle_deg
+    wn = float(yawrig.identify(t, x).natural_frequency_rad_s)
+    for unit in ["ms", "us", "ns"]:
+        steps = numpy.round(t * {"ms": 1e3, "us": 1e6, "ns": 1e9}[unit]).astype("i8")
+        for times in [steps.astype(f"m8[{unit}]"), numpy.datetime64("2024-01-01T10:00:00", unit) + steps.astype(f"m8[{unit}]")]:
+            assert float(yawrig.identify(times, x).natural_frequency_rad_s) == pytest.approx(wn, abs=1e-4)
+    times = pandas.to_datetime(numpy.round(t * 1e9).astype("i8"), utc=True)
+    for table in [
+        pandas.DataFrame({"note": 0.0, "yaw_deg": x, "time_s": t}),
+        pandas.DataFrame({"time": times, "Yaw (deg)": x}),
+        pandas.DataFrame({"Yaw (rad)": numpy.radians(x)}, index=times),
+        pandas.Series(x, index=t),
+        pandas.Series(x, index=times, name="yaw_deg"),
+    ]:
+        assert float(yawrig.identify(table).natural_frequency_rad_s) == pytest.approx(wn, abs=1e-4)
+    with pytest.raises(yawrig.YawrigError, match="its channels: time_s .*, x "):
+        yawrig.identify(pandas.DataFrame({"time_s": t, "x": x, "y": x}))
+
+
+def test_what_is_masked_or_nan_is_a_gap(record):
+    t, x = record.time_s, record.angle_deg
+    mask = numpy.arange(len(t)) % 3 == 0
+    bad = x + 3 * mask
+    left_out = yawrig.identify(t[~mask], x[~mask])
+    assert yawrig.identify(t, numpy.ma.array(bad, mask=mask)).to_dict() == left_out.to_dict()
+    assert yawrig.identify(t, numpy.where(mask, numpy.nan, bad)).to_dict() == left_out.to_dict()
+    with pytest.raises(yawrig.YawrigError, match="masked or NaN"):
+        yawrig.identify(t, numpy.ma.array(x, mask=True))
+
+
+def test_a_quantity_calculates():
+    q, other = yawrig.Quantity(7.5, 0.02), yawrig.Quantity(2.0, 0.01)
+    assert numpy.mean([q, q]) == 7.5 and (q * 2).u == pytest.approx(0.04) and float(2 * q) == 15.0
+    assert (q - q).u == 0.0 and (q / q).u == pytest.approx(0.0, abs=1e-15)
+    assert (q + other).u == pytest.approx(numpy.hypot(0.02, 0.01))
+    assert (q * other).u == pytest.approx(numpy.hypot(2.0 * 0.02, 7.5 * 0.01))
+    assert (q**2).u == pytest.approx(2 * 7.5 * 0.02) and (1 / q).u == pytest.approx(0.02 / 7.5**2)
+    assert (q + yawrig.Quantity(1.0, None)).u is None and f"{q:.2f}" == "7.50" and -q < 0
+    assert (numpy.array([1.0, 2.0]) * q).tolist() == [7.5, 15.0]
+
+
+def test_a_process_that_was_forked_answers():
+    code = """
+import os, time, numpy, yawrig
+t = numpy.arange(0, 20, 0.01)
+x = 12 * numpy.exp(-0.09 * t) * numpy.cos(7.5 * t)
+yawrig.identify(t, x)
+pid = os.fork()
+if pid == 0:
+    yawrig.identify(t, x)
+    os._exit(0)
+print(os.waitpid(pid, 0)[1])
+"""
+    if not hasattr(os, "fork"):
+        pytest.skip("there is no fork here")
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    assert ended.stdout.strip() == "0", ended.stderr

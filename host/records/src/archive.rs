@@ -1,13 +1,17 @@
 //! A zip archive with texts in it, as phyphox exports them: `Raw Data.csv`, and `meta/` about the device.
 
 use super::grid;
+use super::names;
 use super::table::Channel;
+use super::units;
 use std::io::{Read, Seek};
-use yawrig_text::rows;
+use yawrig_text::rows::{self, Separator};
 use zip::ZipArchive;
 
 /// Most bytes of a text that was compressed.
 const LARGEST: u64 = 1 << 30;
+/// When an experiment was started and stopped, by its own clock and by the phone's.
+const EVENTS: &str = "meta/time.csv";
 /// Endings of the texts.
 const ENDINGS: [&str; 4] = ["csv", "tsv", "txt", "dat"];
 
@@ -28,15 +32,14 @@ pub(super) fn read(mut archive: ZipArchive<impl Read + Seek>) -> Result<Vec<Chan
         archive.file_names().flatten().map(String::from).filter(is_text).collect();
     names.sort();
     let mut channels = Vec::new();
+    let pauses = pauses(&mut archive);
     for name in &names {
-        let mut bytes = Vec::new();
-        let entry = archive.by_name(name).map_err(|e| format!("{name}: {e}"))?;
-        entry.take(LARGEST + 1).read_to_end(&mut bytes).map_err(|e| format!("{name}: {e}"))?;
-        if bytes.len() as u64 > LARGEST {
-            return Err(format!("{name} is larger than {} MiB", LARGEST >> 20));
-        }
+        let bytes = entry(&mut archive, name)?;
         // A text without numbers is about something else.
         let Ok(mut inside) = grid::of_text(&rows::decoded(&bytes)) else { continue };
+        for time in inside.iter_mut().filter(|c| names::as_time(c.own_name()) == Some(0)) {
+            pauses.iter().for_each(|pause| pause.put_into(time));
+        }
         if names.len() > 1 {
             let stem = name.rsplit_once('.').map_or(name.as_str(), |(stem, _)| stem);
             inside.iter_mut().for_each(|c| c.name = format!("{stem}/{}", c.name));
@@ -47,4 +50,62 @@ pub(super) fn read(mut archive: ZipArchive<impl Read + Seek>) -> Result<Vec<Chan
         true => Err("the archive holds no text with columns of numbers".to_owned()),
         false => Ok(channels),
     }
+}
+
+fn entry(archive: &mut ZipArchive<impl Read + Seek>, name: &str) -> Result<Vec<u8>, String> {
+    let mut bytes = Vec::new();
+    let entry = archive.by_name(name).map_err(|e| format!("{name}: {e}"))?;
+    entry.take(LARGEST + 1).read_to_end(&mut bytes).map_err(|e| format!("{name}: {e}"))?;
+    match bytes.len() as u64 > LARGEST {
+        true => Err(format!("{name} is larger than {} MiB", LARGEST >> 20)),
+        false => Ok(bytes),
+    }
+}
+
+/// Where a phone's experiment was stopped and gone on with: its clock stood still meanwhile.
+struct Pause {
+    /// By that clock, before other pauses are put into it.
+    at_s: f64,
+    length_s: f64,
+}
+
+impl Pause {
+    /// Moves what comes after it.
+    fn put_into(&self, time: &mut Channel) {
+        let scale = match time.unit.as_deref() {
+            Some(unit) => units::seconds(unit).unwrap_or(1.0),
+            None => 1.0,
+        };
+        let Ok(values) = &mut time.values else { return };
+        values
+            .iter_mut()
+            .filter(|t| **t * scale >= self.at_s)
+            .for_each(|t| *t += self.length_s / scale);
+    }
+}
+
+/// The pauses that phyphox notes beside its samples, the last first; each is said.
+fn pauses(archive: &mut ZipArchive<impl Read + Seek>) -> Vec<Pause> {
+    let Ok(text) = entry(archive, EVENTS) else { return Vec::new() };
+    let text = rows::decoded(&text);
+    let events: Vec<(bool, f64, f64)> = rows::rows(&text, Separator::Comma)
+        .iter()
+        .filter_map(|row| {
+            let number = |k: usize| row.fields.get(k)?.parse::<f64>().ok();
+            Some((row.fields.first()? == "START", number(1)?, number(2)?))
+        })
+        .collect();
+    let mut pauses: Vec<Pause> = events
+        .windows(2)
+        .filter(|pair| !pair[0].0 && pair[1].0)
+        .map(|pair| Pause { at_s: pair[1].1, length_s: pair[1].2 - pair[0].2 })
+        .filter(|pause| pause.length_s > 0.0)
+        .collect();
+    for Pause { at_s, length_s } in &pauses {
+        yawrig_base::warn!(
+            "the recording was paused at {at_s:.3} s for {length_s:.3} s ({EVENTS}): times after it are moved by so much"
+        );
+    }
+    pauses.reverse();
+    pauses
 }

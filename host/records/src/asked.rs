@@ -5,18 +5,20 @@ use super::computed;
 use super::names;
 use super::quantity::{self, Meant, Quantity, Unclear};
 use super::suggest;
-use super::table::{Channel, Selection, TimeUnit, FEWEST_SAMPLES, LONGEST_S};
+use super::swing;
+use super::table::{Channel, Selection, FEWEST_SAMPLES, LONGEST_S};
+use super::units;
 use std::borrow::Cow;
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::settings;
 use yawrig_core::record::Record;
 
-/// A date's seconds are known to their seventh decimal.
-const CLOCK_DIGITS: f64 = 1e7;
+/// Channels whose swing is drawn, at most.
+const MOST_PICTURES: usize = 12;
 
-/// The channels of `table` that `selection` means as a record. `by_name`: names that say time and yaw angle
-/// in the field's words are taken, numbers that are missing are gaps.
+/// The channels of `table` that `selection` means as a record, and what is to be said of it. `in_order`: the
+/// channels stand beside each other as somebody wrote them.
 ///
 /// # Errors
 /// Exit 3, naming the channels there are, where time, yaw angle or its unit is not clear; and for
@@ -25,13 +27,24 @@ pub(super) fn record(
     file: &Path,
     table: &[Channel],
     selection: &Selection,
-    by_name: bool,
-) -> Result<Record> {
+    in_order: bool,
+) -> Result<(Record, Vec<String>)> {
+    read(file, table, selection, in_order, true)
+}
+
+/// The same; where it fails and `with_command` is not set, no command is looked for.
+pub(super) fn read(
+    file: &Path,
+    table: &[Channel],
+    selection: &Selection,
+    in_order: bool,
+    with_command: bool,
+) -> Result<(Record, Vec<String>)> {
     let mut table = Cow::Borrowed(table);
     for name in [&selection.yaw, &selection.time] {
         table = computed::with(table, name.as_deref(), file)?;
     }
-    let asked = ChannelRequest { file, table: &table, selection, by_name };
+    let asked = ChannelRequest { file, table: &table, selection, in_order, with_command };
     let yaw = asked.yaw()?;
     let Meant { measurand, scale } = asked.meant(yaw)?;
     let values = numbers(file, yaw)?;
@@ -39,24 +52,67 @@ pub(super) fn record(
     let yaw_deg = values.iter().map(|value| value * scale).collect();
     let mut record = Record::new(file.to_owned(), time_s, yaw_deg);
     record.measurand = measurand;
-    if by_name {
-        clock::leave_out_gaps(&mut record);
-        clock::spread(&mut record);
+    let notes = settled(&mut record, &yaw.name)?;
+    Ok((record, notes))
+}
+
+/// Leaves out of `record` what is no sample, sets its clock straight, and says what of that its user should
+/// know.
+///
+/// # Errors
+/// Exit 3, naming the sample, for numbers that are no record.
+pub(super) fn settled(record: &mut Record, yaw: &str) -> Result<Vec<String>> {
+    let mut notes = Vec::new();
+    let rows = record.len();
+    let gaps = clock::leave_out_gaps(record);
+    let said = |count: usize, what: &str| format!("{count} of {rows} samples {what}");
+    if gaps > 0 {
+        notes.push(said(gaps, "have no number and are gaps"));
     }
-    check(&record, &yaw.name)?;
-    Ok(record)
+    let stragglers = clock::leave_out_stragglers(record);
+    if stragglers > 0 {
+        notes.push(said(
+            stragglers,
+            "have a time before that of others in front of them and are left out",
+        ));
+    }
+    let before = record.len();
+    clock::spread(record).map_err(|why| {
+        Error::data(format!("{}: {why}", record.file.display())).help(format!(
+            "give a channel of finer times with {}, or the rate with {}",
+            settings::name("time"),
+            settings::name("rate_hz")
+        ))
+    })?;
+    if record.len() < before {
+        notes.push(said(before - record.len(), "have the time of the one before and are left out"));
+    }
+    check(record, yaw)?;
+    Ok(notes)
+}
+
+/// What to type to have `file` read: it has been tried.
+pub(super) fn command(
+    file: &Path,
+    table: &[Channel],
+    selection: &Selection,
+    in_order: bool,
+) -> String {
+    let tried = |tried: &Selection| Some(read(file, table, tried, in_order, false).ok()?.0);
+    suggest::command(file, table, selection, in_order, &tried)
 }
 
 /// What is asked of a file, to be asked of its user where it is not clear.
-struct ChannelRequest<'a> {
-    file: &'a Path,
-    table: &'a [Channel],
-    selection: &'a Selection,
-    by_name: bool,
+pub(super) struct ChannelRequest<'a> {
+    pub(super) file: &'a Path,
+    pub(super) table: &'a [Channel],
+    pub(super) selection: &'a Selection,
+    pub(super) in_order: bool,
+    pub(super) with_command: bool,
 }
 
 impl<'a> ChannelRequest<'a> {
-    fn unclear(&self, what: &str) -> Error {
+    pub(super) fn unclear(&self, what: &str) -> Error {
         let there: Vec<String> = self.table.iter().map(Channel::described).collect();
         let file = self.file.display();
         if there.is_empty() {
@@ -64,12 +120,25 @@ impl<'a> ChannelRequest<'a> {
                 .help("export the record again, or as CSV with time_s,yaw_deg");
         }
         let there = there.join(", ");
-        let command = suggest::command(self.file, self.table, self.selection);
-        Error::data(format!("{file}: {what}; its channels: {there}")).help(command)
+        let pictures: String = self
+            .table
+            .iter()
+            .filter_map(|c| Some(format!("\n  {} {}", swing::picture(c)?, c.name)))
+            .take(MOST_PICTURES)
+            .collect();
+        let error = Error::data(format!("{file}: {what}; its channels: {there}{pictures}"));
+        match self.with_command {
+            true => error.help(self.command(self.selection)),
+            false => error,
+        }
+    }
+
+    pub(super) fn command(&self, selection: &Selection) -> String {
+        command(self.file, self.table, selection, self.in_order)
     }
 
     /// The channel of this name, with or without its group, or of this number.
-    fn named(&self, name: &str) -> Result<&'a Channel> {
+    pub(super) fn named(&self, name: &str) -> Result<&'a Channel> {
         if let Some(channel) = self.table.iter().find(|channel| channel.name == name) {
             return Ok(channel);
         }
@@ -101,7 +170,7 @@ impl<'a> ChannelRequest<'a> {
         // Of two, one the time and the other by its unit what is meant, that is it.
         let numbers = self.table.iter().filter(|c| c.values.is_ok());
         // What is called x may be a place.
-        let no_place = |c: &Channel| c.unit.as_deref().is_none_or(|u| names::seconds(u).is_some());
+        let no_place = |c: &Channel| c.unit.as_deref().is_none_or(|u| units::seconds(u).is_some());
         let is_time = |c: &Channel| names::as_time(c.own_name()).is_some() && no_place(c);
         let others: Vec<&Channel> = numbers.filter(|c| !is_time(c)).collect();
         let is_meant = |c: &Channel| match (self.selection.quantity, c.unit.as_deref()) {
@@ -129,22 +198,20 @@ impl<'a> ChannelRequest<'a> {
         match (found.next(), found.next()) {
             (Some(channel), None) => return Ok(Some(channel)),
             (Some(_), Some(_)) => return Err(self.unclear("several channels may be the yaw angle")),
-            (None, _) if !self.by_name => {
-                return Err(self.unclear("no channel is called yaw_deg or yaw_rad"))
-            }
             (None, _) => {}
         }
-        self.surest(names::as_yaw, "the yaw angle")
+        self.surest_yaw()
     }
 
-    /// The channel whose name says it most surely.
-    fn surest(&self, rank: fn(&str) -> Option<u8>, what: &str) -> Result<Option<&'a Channel>> {
-        let ranked = || self.table.iter().filter_map(|c| Some((rank(&c.name)?, c)));
+    /// The channel whose name says most surely that it is the yaw angle.
+    fn surest_yaw(&self) -> Result<Option<&'a Channel>> {
+        let of = |c: &Channel| names::as_yaw(c.own_name()).or_else(|| names::as_yaw(&c.name));
+        let ranked = || self.table.iter().filter_map(|c| Some((of(c)?, c)));
         let Some(best) = ranked().map(|(rank, _)| rank).min() else { return Ok(None) };
         let mut of_best = ranked().filter(|(rank, _)| *rank == best).map(|(_, channel)| channel);
         match (of_best.next(), of_best.next()) {
             (one, None) => Ok(one),
-            _ => Err(self.unclear(&format!("several channels may be {what}"))),
+            _ => Err(self.unclear("several channels may be the yaw angle")),
         }
     }
 
@@ -180,7 +247,10 @@ impl<'a> ChannelRequest<'a> {
                     .help(format!(
                         "leave {} away; to convert it, an expression of channels: {}",
                         settings::name("unit"),
-                        settings::given("yaw", "(V - 0.217) * 3.38")
+                        settings::given(
+                            "yaw",
+                            &format!("({} - ZERO) * SCALE", computed::written(&yaw.name))
+                        )
                     )));
                 }
             }
@@ -196,125 +266,15 @@ impl<'a> ChannelRequest<'a> {
             quantity: quantity.filter(|_| unclear == Unclear::NoUnit),
             ..self.selection.clone()
         };
-        let command = suggest::command(self.file, self.table, &chosen);
-        Err(Error::data(format!("{file}: {what}")).help(command))
-    }
-
-    fn time(&self, yaw: &Channel, length: usize) -> Result<Vec<f64>> {
-        let Self { file, table, selection, .. } = self;
-        let by_step = |step_s: f64| Ok((0..length).map(|index| index as f64 * step_s).collect());
-        let chosen = selection.time.as_deref().map(|name| self.named(name)).transpose()?;
-        if let (Some(rate_hz), None) = (selection.rate_hz, chosen) {
-            return by_step(1.0 / rate_hz);
-        }
-        let beside = || {
-            let group = yaw.name.strip_suffix(yaw.own_name()).unwrap_or("");
-            let beside = format!("{group}time_s");
-            let mut found = table.iter().filter(|channel| channel.own_name() == "time_s");
-            match (table.iter().find(|c| c.name == beside), found.next(), found.next()) {
-                (Some(channel), ..) | (None, Some(channel), None) => Ok(Some(channel)),
-                (_, None, _) if self.by_name => match self.time_of(group) {
-                    Some(time) => Ok(Some(time)),
-                    None => self.surest(names::as_time, "the time"),
-                },
-                (_, None, _) => Ok(None),
-                _ => Err(self.unclear("several channels are called time_s")),
-            }
-        };
-        let channel = match chosen {
-            Some(channel) => channel,
-            None => match (yaw.step_s.filter(|step_s| *step_s > 0.0), beside()) {
-                (_, Ok(Some(channel))) => channel,
-                (Some(step_s), _) => return by_step(step_s),
-                (None, Err(unclear)) => return Err(unclear),
-                (None, Ok(None)) => {
-                    let one = table.iter().filter(|c| c.values.is_ok()).count() == 1;
-                    return Err(self.unclear(match (self.by_name, one) {
-                        (true, true) => "there is one column, and its rate is not known",
-                        (true, false) => "no channel's name says that it is the time",
-                        (false, _) => "no channel is called time_s",
-                    }));
-                }
-            },
-        };
-        let values = numbers(file, channel)?;
-        if values.len() != length {
-            return Err(Error::data(format!(
-                "{}: {} has {} numbers and {} has {length}",
-                file.display(),
-                channel.name,
-                values.len(),
-                yaw.name
-            ))
-            .help(format!(
-                "give the channel of the time that belongs to it with {}, or {}",
-                settings::name("time"),
-                settings::name("rate_hz")
-            )));
-        }
-        let scale = self.seconds_per_unit(channel)?;
-        // Days since some year leave too few digits for the time between samples.
-        let begin = values
-            .first()
-            .copied()
-            .filter(|first| self.by_name && first.abs() > 1e6)
-            .unwrap_or(0.0);
-        // What their own digits leave is taken off.
-        let since = |value: &f64| match begin == 0.0 {
-            true => *value,
-            false => ((value - begin) * CLOCK_DIGITS).round() / CLOCK_DIGITS,
-        };
-        Ok(values.iter().map(|value| since(value) * scale).collect())
-    }
-
-    /// The only channel of a group, a sheet for instance, that is called time.
-    fn time_of(&self, group: &str) -> Option<&'a Channel> {
-        let is_time = |c: &&Channel| names::as_time(c.own_name()) == Some(0);
-        let of_group = |c: &&Channel| c.name.strip_suffix(c.own_name()) == Some(group);
-        let mut found = self.table.iter().filter(of_group).filter(is_time);
-        found.next().filter(|_| !group.is_empty() && found.next().is_none())
-    }
-
-    fn seconds_per_unit(&self, time: &Channel) -> Result<f64> {
-        let counts = names::counts_samples(time.own_name()) && self.by_name;
-        let by_rate = || match self.selection.rate_hz {
-            Some(rate_hz) => Ok(1.0 / rate_hz),
-            None => {
-                Err(self
-                    .unclear(&format!("{} counts samples, and their rate is not known", time.name)))
-            }
-        };
-        match self.selection.time_unit {
-            Some(TimeUnit::S) => return Ok(1.0),
-            Some(TimeUnit::Ms) => return Ok(1e-3),
-            Some(TimeUnit::Us) => return Ok(1e-6),
-            Some(TimeUnit::Samples) => return by_rate(),
-            None if counts || self.selection.rate_hz.is_some() => return by_rate(),
-            None => {}
-        }
-        match time.unit.as_deref().map(str::trim).filter(|unit| !unit.is_empty()) {
-            Some(unit) => names::seconds(unit).ok_or_else(|| {
-                Error::data(format!(
-                    "{}: the time in {} is in {unit:?}, not in seconds",
-                    self.file.display(),
-                    time.name
-                ))
-                .help(format!(
-                    "convert it with {} (s, ms or us) of its time, or give {}",
-                    settings::name("time_unit"),
-                    settings::name("rate_hz")
-                ))
-            }),
-            // Of all units but seconds a record would be too slow or too fast.
-            None if suggest::is_in_seconds(time) => Ok(1.0),
-            None => {
-                Err(self.unclear(&format!("the unit of the time in {} is not known", time.name)))
-            }
-        }
+        let error = Error::data(format!("{file}: {what}"));
+        Err(match self.with_command {
+            true => error.help(self.command(&chosen)),
+            false => error,
+        })
     }
 }
 
-fn numbers<'a>(file: &Path, channel: &'a Channel) -> Result<&'a [f64]> {
+pub(super) fn numbers<'a>(file: &Path, channel: &'a Channel) -> Result<&'a [f64]> {
     channel.values.as_deref().map_err(|why| {
         Error::data(format!("{}: channel {} cannot be used: {why}", file.display(), channel.name))
             .help(format!(

@@ -17,7 +17,8 @@ pub(super) fn with<'a>(
 ) -> Result<Cow<'a, [Channel]>> {
     let there = |name: &str| {
         let mut found = table.iter().filter(|c| c.name == name || c.own_name() == name);
-        found.next().filter(|_| found.next().is_none())
+        let numbered = || table.get(name.strip_prefix('#')?.parse::<usize>().ok()?.checked_sub(1)?);
+        found.next().filter(|_| found.next().is_none()).or_else(numbered)
     };
     let Some(name) = name.filter(|name| there(name).is_none()) else { return Ok(table) };
     let Some(expression) = computed(name) else { return Ok(table) };
@@ -37,7 +38,8 @@ pub(super) fn with<'a>(
                     format!("there is no channel {input:?}; its channels: {}", all.join(", "));
                 return fail(
                     what,
-                    "name channels of the file, of which each has a name of letters, digits and _",
+                    "name channels of the file: a name with more than letters, digits and _ in it in double quotes, \
+                     \"Potential (V)\", or the second one as #2",
                 );
             }
         }
@@ -58,7 +60,7 @@ pub(super) fn with<'a>(
     let computed = Channel {
         name: name.to_owned(),
         unit,
-        step_s: table.iter().find(|c| c.own_name() == expression.names()[0]).and_then(|c| c.step_s),
+        step_s: there(&expression.names()[0]).and_then(|channel| channel.step_s),
         values: Ok((0..length).map(value).collect()),
     };
     let mut table = table.into_owned();
@@ -69,4 +71,16 @@ pub(super) fn with<'a>(
 /// The expression, where there is more in it than a name or a number.
 fn computed(name: &str) -> Option<OfChannels> {
     name.contains(['+', '-', '*', '/', '^', '(']).then(|| OfChannels::parse(name).ok())?
+}
+
+/// A channel's name, or its number, as an expression has it.
+pub(super) fn written(name: &str) -> String {
+    let is_word = |c: char| c.is_alphanumeric() || c == '_';
+    match name.strip_prefix("column ").unwrap_or(name) {
+        number if number.bytes().all(|b| b.is_ascii_digit()) => format!("#{number}"),
+        word if word.chars().all(is_word) && !word.starts_with(|c: char| c.is_ascii_digit()) => {
+            word.to_owned()
+        }
+        other => format!("\"{other}\""),
+    }
 }

@@ -1,15 +1,18 @@
 //! Records as CSV files.
 
+use super::asked;
 use super::clock;
+use super::grid;
 use super::quantity::{self, Meant};
 use super::suggest;
-use super::table::{FEWEST_SAMPLES, LONGEST_S};
+use super::table::{Selection, FEWEST_SAMPLES, LONGEST_S};
 use csv::ByteRecord;
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_base::interrupt;
 use yawrig_core::record::{Measurand, Record};
+use yawrig_text::rows;
 
 /// The first lines a record may have.
 pub const ACCEPTED_COLUMNS: &str = "time_s,yaw_deg or time_s,yaw_rad";
@@ -18,15 +21,14 @@ pub const ACCEPTED_COLUMNS: &str = "time_s,yaw_deg or time_s,yaw_rad";
 const ROWS_PER_CHECK: usize = 100_000;
 
 /// What stands in the second column, from the first line.
-fn second_column(file: &Path, header: &ByteRecord) -> Result<Meant> {
+fn second_column(file: &Path, header: &ByteRecord, bytes: &[u8]) -> Result<Meant> {
     let names: Vec<String> = header
         .iter()
         .map(|name| String::from_utf8_lossy(name).trim_start_matches('\u{feff}').trim().to_owned())
         .collect();
-    let named = |k: usize| names.get(k).map_or("NAME", String::as_str);
     let fail = |what: &str| {
-        let columns = [("time", named(0)), ("yaw", named(1)), ("unit", "deg")];
-        let command = suggest::reading(file, &columns);
+        let table = grid::of_text(&rows::decoded(bytes)).unwrap_or_default();
+        let command = asked::command(file, &table, &Selection::default(), true);
         Error::data(format!("{}, line 1: {what}", file.display()))
             .help(format!("make the first line {ACCEPTED_COLUMNS}, or name its columns: {command}"))
     };
@@ -58,7 +60,7 @@ fn number(field: &[u8], separator: u8) -> std::result::Result<f64, String> {
     let is_decimal = separator != b',' && !text.contains('.') && text.matches(',').count() == 1;
     let parsed = match is_decimal {
         true => text.replace(',', ".").parse::<f64>(),
-        false => text.parse(),
+        false => text.parse().or_else(|_| text.replacen('\u{2212}', "-", 1).parse()),
     };
     match parsed {
         Ok(value) if value.is_finite() => Ok(value),
@@ -135,7 +137,7 @@ pub(super) fn of_bytes(file: &Path, bytes: &[u8]) -> Result<Record> {
         return Err(at(1, "the file is empty".to_owned())
             .help(format!("a record starts with {ACCEPTED_COLUMNS}")));
     }
-    let Meant { measurand, scale } = second_column(file, &row)?;
+    let Meant { measurand, scale } = second_column(file, &row, bytes)?;
     let yaw_name = String::from_utf8_lossy(row[1].trim_ascii()).into_owned();
     let as_gaps = || {
         let command = suggest::reading(file, &[("yaw", &yaw_name)]);
@@ -161,7 +163,8 @@ pub(super) fn of_bytes(file: &Path, bytes: &[u8]) -> Result<Record> {
             interrupt::check()?;
         }
     }
-    clock::spread(&mut record);
+    clock::spread(&mut record)
+        .map_err(|why| at(line, why).help("give the times in smaller parts of a second"))?;
     if record.len() < FEWEST_SAMPLES {
         let what =
             format!("the record ends after {} samples, too short for three cycles", record.len());
@@ -176,6 +179,12 @@ pub(super) fn is_ours(bytes: &[u8]) -> bool {
     let text = String::from_utf8_lossy(line);
     let names: Vec<&str> = text.trim_start_matches('\u{feff}').split([',', ';', '\t']).collect();
     names[0].trim() == "time_s" && names.len() <= 2
+}
+
+/// Whether the first line comes once more: a second recording begins there.
+pub(super) fn begins_anew(bytes: &[u8]) -> bool {
+    let Some(first) = first_line(bytes).map(<[u8]>::trim_ascii) else { return false };
+    bytes.split(|b| *b == b'\n').filter(|line| line.trim_ascii() == first).count() > 1
 }
 
 /// Writes `time_s,yaw_deg` with microdegrees and microseconds, or another quantity with its unit and all its

@@ -1,5 +1,6 @@
 //! Which format a file has, by what stands in it, and what is written under which name.
 
+use super::names;
 use super::table::Channel;
 use super::{archive, csv_file, grid, hdf5, labx, lvm, mat, parquet_file, tdms, xlsx};
 use bytes::Bytes;
@@ -27,17 +28,18 @@ pub enum Format {
 }
 
 impl Format {
-    /// Whether a person or a measuring program named its channels, so that their names say what they are.
-    pub(super) fn names_its_channels(self) -> bool {
-        matches!(self, Self::Csv | Self::Zip | Self::Labx)
+    /// Whether its channels stand beside each other as somebody wrote them, and not by their names or by
+    /// chance.
+    pub(super) fn has_columns(self) -> bool {
+        !matches!(self, Self::Mat | Self::Hdf5)
     }
 }
 
 /// Whether a file's name ends as those of records do.
 pub fn is_named_so(file: &Path) -> bool {
-    const ENDINGS: [&str; 14] = [
+    const ENDINGS: [&str; 15] = [
         "csv", "tsv", "txt", "dat", "asc", "lvm", "labx", "xlsx", "zip", "mat", "h5", "hdf5",
-        "tdms", "parquet",
+        "tdms", "parquet", "gz",
     ];
     let ending = file.extension();
     ending.is_some_and(|e| ENDINGS.iter().any(|ending| e.eq_ignore_ascii_case(ending)))
@@ -115,10 +117,19 @@ pub(super) fn channels(file: &Path, format: Format, bytes: Bytes) -> Result<Vec<
         },
         Format::Labx => labx::of_text(&rows::decoded(&bytes)),
     };
-    read.map_err(|why| {
+    let mut channels = read.map_err(|why| {
         Error::data(format!("cannot read {}: {why}", file.display()))
             .help("export the record again, or as CSV with time_s,yaw_deg")
-    })
+    })?;
+    with_units(&mut channels);
+    Ok(channels)
+}
+
+/// Gives channels the units that their names say, where nothing else says one.
+pub(super) fn with_units(channels: &mut [Channel]) {
+    for channel in channels.iter_mut().filter(|channel| channel.unit.is_none()) {
+        channel.unit = names::unit_in(channel.own_name());
+    }
 }
 
 /// The channels of a text, whatever parts its columns.

@@ -1,41 +1,72 @@
-//! Rows of any text or sheet to channels: where the numbers begin, what names stand above them, and in which
-//! unit.
+//! Rows of any text or sheet to channels: where the numbers begin, what parts them, what names stand above
+//! them.
 
-use super::names;
+use super::columns::{self, dressed, kind, BEGINNING};
+use super::header::header;
 use super::table::Channel;
-use yawrig_text::cells::{cell, numbers, Cell};
+use yawrig_text::cells::{comma_of, Cell, Comma};
 use yawrig_text::rows::{rows, Row, Separator};
 
-/// So many rows of numbers one after the other are the beginning of the data.
-const BEGINNING: usize = 3;
 /// Lines that show what parts the columns.
 const SAMPLE: usize = 2000;
 
-/// The channels of a text, parted by whatever gives the most columns of numbers.
+/// The channels of a text, parted by what makes most of its rows agree.
 pub(super) fn of_text(text: &str) -> Result<Vec<Channel>, String> {
     let mut lines = text.char_indices().filter(|(_, c)| *c == '\n').map(|(at, _)| at);
     let sample = &text[..lines.nth(SAMPLE).unwrap_or(text.len())];
     let separator = separator_of(sample).or_else(|| separator_of(text));
     let separator = separator.unwrap_or(Separator::ALL[0]);
-    let comma = separator.is_decimal_comma_possible();
     let rows = rows(text, separator);
-    match with_decimal_commas(&rows).filter(|_| !comma) {
-        Some(joined) => of_rows(&joined, true),
-        None => of_rows(&rows, comma),
+    if let Some(joined) = with_decimal_commas(&rows).filter(|_| separator == Separator::Comma) {
+        return with_comma(&joined, Comma::Decimal);
+    }
+    let parts_all = separator == Separator::Comma && !text.contains('"');
+    match parts_all || !text.contains(',') {
+        true => with_comma(&rows, Comma::Either),
+        false => of_rows(&rows),
     }
 }
 
-/// What gives a text the most rows of several numbers: the first of those that do as well; none where nothing
-/// gives enough.
+/// What makes the most rows of a text agree in how many fields and how many numbers they have, and leaves the
+/// fewest words beside these; none where nothing does.
 fn separator_of(text: &str) -> Option<Separator> {
-    let score = |separator: &Separator| {
-        let comma = separator.is_decimal_comma_possible();
-        rows(text, *separator).iter().filter(|row| numbers(row, comma) >= 2).count()
+    let score = |separator: Separator| {
+        let mut alike: Vec<((usize, usize), usize)> = Vec::new();
+        for row in rows(text, separator) {
+            let of = (row.fields.len(), numbers(&row, Comma::Either));
+            match alike.iter_mut().find(|(known, _)| *known == of) {
+                _ if of.1 == 0 => {}
+                Some((_, count)) => *count += 1,
+                None => alike.push((of, 1)),
+            }
+        }
+        let most = alike.into_iter().max_by_key(|(of, count)| (*count, of.1));
+        most.map_or((0, 0), |((width, numbers), count)| (count, 2 * numbers as i64 - width as i64))
     };
-    let scores = Separator::ALL.into_iter().map(|separator| (score(&separator), separator));
-    // Fewer are no columns: a line of settings above one column.
+    let scores = Separator::ALL.into_iter().map(|separator| (score(separator), separator));
+    // The first of those that do as well.
     let best = scores.rev().max_by_key(|(score, _)| *score)?;
-    (best.0 >= BEGINNING).then_some(best.1)
+    (best.0 .0 >= BEGINNING).then_some(best.1)
+}
+
+/// Numbers of a row, times of day and gaps beside a number counted.
+fn numbers(row: &Row, comma: Comma) -> usize {
+    if row.is_comment {
+        return 0;
+    }
+    let (mut numbers, mut gaps) = (0, 0);
+    for field in &row.fields {
+        match kind(field, comma) {
+            Cell::Number(_) | Cell::Clock(_) => numbers += 1,
+            Cell::Missing => gaps += 1,
+            Cell::Text => {}
+        }
+    }
+    if numbers > 0 {
+        numbers + gaps
+    } else {
+        0
+    }
 }
 
 /// Where the comma parts the columns and is the decimal sign, too, the rows with each number's two halves put
@@ -54,13 +85,17 @@ fn with_decimal_commas<'a>(rows: &[Row<'a>]) -> Option<Vec<Row<'a>>> {
                 .chunks(2)
                 .all(|half| digits(half[0].trim_start_matches('-')) && digits(&half[1]))
     };
-    if width % 2 != 0 || width < 4 || !data.iter().all(pairs) {
+    if width % 2 != 0 || !data.iter().all(pairs) {
         return None;
     }
-    let named = heads.last().is_some_and(|names| 2 * names.fields.len() == width);
-    let zeros =
-        |row: &Row| row.fields.chunks(2).any(|half| half[1].len() > 1 && half[1].starts_with('0'));
-    if !named && !data.iter().any(zeros) {
+    let names = heads.last().filter(|names| 2 * names.fields.len() == width);
+    // One word above two columns may be a title, but for one with a unit.
+    let named = names.is_some_and(|names| width > 2 || columns::has_unit(&names.fields[0]));
+    let padded = |field: &str| field.len() > 1 && field.starts_with('0');
+    let zeros = |row: &Row| row.fields.chunks(2).any(|half| padded(&half[1]));
+    let wholes = |row: &Row| row.fields.chunks(2).any(|half| padded(&half[0]));
+    let one_number = data.iter().any(zeros) && !data.iter().any(wholes);
+    if !(named || one_number) {
         return None;
     }
     let joined = |row: &Row<'a>| Row {
@@ -71,71 +106,84 @@ fn with_decimal_commas<'a>(rows: &[Row<'a>]) -> Option<Vec<Row<'a>>> {
 }
 
 /// The channels of these rows.
-pub(super) fn of_rows(rows: &[Row], comma: bool) -> Result<Vec<Channel>, String> {
+pub(super) fn of_rows(rows: &[Row]) -> Result<Vec<Channel>, String> {
+    let (first, _) = begin(rows, Comma::Either)?;
+    let comma = comma_of(&rows[first..]).map_err(|(line, field)| {
+        let point = field.replace(',', ".");
+        let whole = field.replace(',', "");
+        format!(
+            "line {line}: {field:?} may be {whole} or {point}, and nothing in it says what the comma is; \
+             write it with a decimal point"
+        )
+    })?;
+    with_comma(rows, comma)
+}
+
+/// Where the numbers begin, and how many of them make a row of a table.
+fn begin(rows: &[Row], comma: Comma) -> Result<(usize, usize), String> {
     let count = |row: &Row| numbers(row, comma);
     // Two are enough, and found among the first rows as a rule.
     let widest = match rows.iter().any(|row| count(row) >= 2) {
         true => 2,
         false => rows.iter().map(count).max().unwrap_or(0),
     };
-    let is_data = |row: &Row| widest > 0 && count(row) >= widest;
     let begins = |at: &usize| {
         let run = &rows[*at..rows.len().min(at + BEGINNING)];
-        run.iter().all(is_data) && run.iter().all(|r| r.fields.len() == run[0].fields.len())
+        run.iter().all(|row| widest > 0 && count(row) >= widest)
+            && run.iter().all(|r| columns::is_like(r, &run[0]))
     };
     let first = (0..rows.len()).find(begins).ok_or("there are no columns of numbers in it")?;
-    let width = rows[first].fields.len();
+    Ok((first, widest))
+}
+
+fn with_comma(rows: &[Row], comma: Comma) -> Result<Vec<Channel>, String> {
+    if let Some(expanded) = columns::with_tuples_parted(rows) {
+        return with_comma(&expanded, comma);
+    }
+    let (first, widest) = begin(rows, comma)?;
+    let is_data = |row: &Row| numbers(row, comma) >= widest;
     let (heads, data) = rows.split_at(first);
-    let mut channels: Vec<Channel> = header(heads, width)
-        .into_iter()
-        .map(|(name, unit)| Channel { name, unit, step_s: None, values: Ok(Vec::new()) })
-        .collect();
+    let open = || open(heads, data, comma);
+    let (mut done, mut channels) = (Vec::new(), open());
     // What stands below the numbers is no part of them.
     let last = data.iter().rposition(is_data).unwrap_or(0);
     for row in data[..=last].iter().filter(|row| !row.is_comment) {
-        for (k, channel) in channels.iter_mut().enumerate() {
-            let Ok(values) = &mut channel.values else { continue };
-            match row.fields.get(k).map_or(Cell::Missing, |field| cell(field, comma)) {
-                Cell::Number(value) => values.push(value),
-                Cell::Clock(seconds) => {
-                    channel.unit = Some("s".to_owned());
-                    values.push(seconds);
-                }
-                // A gap: its row is left out.
-                Cell::Missing => values.push(f64::NAN),
-                Cell::Text => {
-                    let what = format!("line {}: {:?} is not a number", row.line, row.fields[k]);
-                    channel.values = Err(what);
-                }
+        if columns::is_head(row, heads) {
+            if channels.iter().any(|column| !column.is_empty()) {
+                done.push(std::mem::replace(&mut channels, open()));
             }
+            continue;
+        }
+        for (k, column) in channels.iter_mut().enumerate() {
+            column.push(row.line, row.fields.get(k).map_or("", |field| field), comma);
         }
     }
-    Ok(channels)
+    done.push(channels);
+    let group = |number: usize| match number {
+        0 => String::new(),
+        number => format!("recording {}/", number + 1),
+    };
+    let recordings = done.into_iter().enumerate();
+    let channels = recordings
+        .flat_map(|(k, of)| of.into_iter().filter_map(move |column| column.channel(&group(k))));
+    Ok(channels.collect())
 }
 
-/// Name and unit of each column, from the rows above the numbers.
-fn header(heads: &[Row], width: usize) -> Vec<(String, Option<String>)> {
-    // A comment is a header only where it names the time.
-    let fits = |row: &&Row| {
-        row.fields.len() >= width
-            && row.fields.iter().any(|f| !f.is_empty())
-            && (!row.is_comment || row.fields.iter().any(|f| names::as_time(f).is_some()))
-    };
-    let mut above = heads.iter().rev().take(2).filter(fits);
-    let is_units =
-        |row: &Row| row.fields.iter().all(|f| f.is_empty() || names::bracketed(f).is_some());
-    let (names, units) = match (above.next(), above.next()) {
-        (Some(units), Some(names)) if is_units(units) => (Some(names), Some(units)),
-        (names, _) => (names, None),
-    };
-    (0..width)
-        .map(|k| {
-            let field = |row: Option<&Row>| Some(row?.fields.get(k)?.clone().into_owned());
-            let name = field(names).filter(|n| !n.is_empty());
-            let name = name.unwrap_or_else(|| format!("column {}", k + 1));
-            let unit = field(units).and_then(|text| names::bracketed(&text));
-            let unit = unit.or_else(|| names::unit_in(&name));
-            (name, unit)
+/// The columns of a recording, without numbers yet.
+fn open(heads: &[Row], data: &[Row], comma: Comma) -> Vec<columns::Column> {
+    let fields = &data[0].fields;
+    let run = &data[..data.len().min(BEGINNING)];
+    // Where each row ends with what parts its columns, there is one column less.
+    let ends = |k: usize| run.iter().all(|row| row.fields.get(k).is_none_or(|f| f.is_empty()));
+    let used = (0..fields.len()).rev().find(|k| !ends(*k)).map_or(fields.len(), |k| k + 1);
+    let named = header(heads, fields.len(), used).into_iter().zip(fields).enumerate();
+    named
+        .map(|(k, ((name, unit), field))| {
+            let label = dressed(field, comma).map(|found| found.label.to_owned());
+            let label = label.filter(|label| !label.is_empty());
+            let bare = name.is_none() && k >= used;
+            let name = name.or(label.clone()).unwrap_or_else(|| format!("column {}", k + 1));
+            columns::Column::new(name, unit, label, bare)
         })
         .collect()
 }

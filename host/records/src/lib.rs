@@ -9,12 +9,14 @@ pub struct Readme;
 mod archive;
 mod asked;
 mod clock;
+mod columns;
 mod computed;
 mod csv_file;
 mod cut;
 pub mod format;
 mod grid;
 mod hdf5;
+mod header;
 mod kept;
 mod labx;
 mod lvm;
@@ -26,16 +28,21 @@ pub mod place;
 mod quantity;
 mod source;
 mod suggest;
+mod swing;
 mod table;
 mod tdms;
+mod times;
 mod turns;
+pub mod units;
+mod when;
 mod xlsx;
 
 pub use csv_file::{as_written, write, write_samples, write_samples_of, ACCEPTED_COLUMNS};
 pub use kept::keep;
 pub use quantity::Quantity;
 pub use source::{content, content_when_read, holds, Content};
-pub use table::{Channel, Selection, TimeUnit};
+pub use table::{Channel, Selection};
+pub use units::TimeUnit;
 
 use place::{Part, Times};
 use quantity::Meant;
@@ -43,7 +50,7 @@ use std::ops::Range;
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::identify::several;
-use yawrig_core::record::{Measurand, Record};
+use yawrig_core::record::{Called, Measurand, Record};
 
 /// Reads one release of `r.csv#2`, what lies between two times of `r.csv#12.5s..40s`, or all of `r.csv`:
 /// `time_s` and `yaw_deg` (or `yaw_rad`, converted) from a file: CSV, MATLAB, HDF5, TDMS or Parquet, whatever
@@ -92,28 +99,61 @@ fn part_of(named: &Path, selection: &Selection, kept: Selection) -> Result<Recor
 fn parsed(file: &Path, selection: &Selection, kept: &Selection) -> Result<Record> {
     let (format, bytes) = source::read(file)?;
     let file = source::shown(file);
-    let is_text = format.names_its_channels();
+    let in_order = format.has_columns();
     // A name for the motion changes nothing in how it is read.
     let reading = Selection { motion: None, ..selection.clone() };
-    let mut record =
-        if format == format::Format::Csv && reading.is_empty() && csv_file::is_ours(&bytes) {
-            csv_file::of_bytes(file, &bytes)?
-        } else {
+    let ours = (format == format::Format::Csv && reading.is_empty() && csv_file::is_ours(&bytes))
+        .then(|| csv_file::of_bytes(file, &bytes))
+        .filter(|read| read.is_ok() || !csv_file::begins_anew(&bytes));
+    let mut record = match ours {
+        Some(read) => read?,
+        None => {
             let table = format::channels(file, format, bytes)?;
-            let with = |selection: &Selection| asked::record(file, &table, selection, is_text);
-            match with(&reading) {
+            let with = |selection: &Selection| asked::record(file, &table, selection, in_order);
+            let (record, notes) = match with(&reading) {
                 Err(unclear) if kept.is_empty() => return Err(unclear),
                 Err(_) => with(&reading.over(kept))?,
-                Ok(record) => record,
-            }
-        };
+                Ok(read) => read,
+            };
+            say(file, &notes);
+            record
+        }
+    };
+    finish(&mut record, selection.motion.or(kept.motion));
+    Ok(record)
+}
+
+/// The record in `channels` that are in memory, in the order in which somebody put them, as `selection` says.
+///
+/// # Errors
+/// As [`read_selected`], calling it `name`.
+pub fn of_channels(
+    name: &Path,
+    mut channels: Vec<Channel>,
+    selection: &Selection,
+) -> Result<Record> {
+    format::with_units(&mut channels);
+    let reading = Selection { motion: None, ..selection.clone() };
+    let (mut record, notes) = asked::record(name, &channels, &reading, true)?;
+    say(name, &notes);
+    finish(&mut record, selection.motion);
+    Ok(record)
+}
+
+fn say(file: &Path, notes: &[String]) {
+    for note in notes {
+        yawrig_base::warn!("{}: {note}", file.display());
+    }
+}
+
+/// Takes out whole turns, and calls the motion as it is said to be called.
+fn finish(record: &mut Record, called: Option<Called>) {
     if record.measurand.is_angle() {
         turns::take_out(&mut record.yaw_deg);
     }
-    if let Some(called) = selection.motion.or(kept.motion) {
-        record.measurand = record.measurand.called(called);
+    if let Some(called) = called {
+        record.measurand = record.measurand.clone().called(called);
     }
-    Ok(record)
 }
 
 /// What numbers in memory are by quantity, unit and motion of `said`, and by what they are multiplied to be
@@ -145,10 +185,10 @@ pub fn measurand(said: &Selection) -> Result<(Measurand, f64)> {
 /// # Errors
 /// Exit 3, naming record and sample, for what is refused of a file.
 pub fn checked(mut record: Record) -> Result<Record> {
-    asked::check(&record, &quantity::column(&record.measurand))?;
-    if record.measurand.is_angle() {
-        turns::take_out(&mut record.yaw_deg);
-    }
+    let column = quantity::column(&record.measurand);
+    let notes = asked::settled(&mut record, &column)?;
+    say(&record.file, &notes);
+    finish(&mut record, None);
     Ok(record)
 }
 

@@ -2,7 +2,7 @@
 
 use super::table::Channel;
 use bytes::Bytes;
-use parquet::basic::{ConvertedType, LogicalType};
+use parquet::basic::{ConvertedType, LogicalType, TimeUnit};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{DataType, DoubleType};
 use parquet::file::properties::WriterProperties;
@@ -20,54 +20,73 @@ pub(super) fn of_bytes(bytes: Bytes) -> std::result::Result<Vec<Channel>, String
     let reader = SerializedFileReader::new(bytes).map_err(|e| e.to_string())?;
     let schema = reader.metadata().file_metadata().schema_descr_ptr();
     let columns = schema.columns().iter().enumerate();
-    let channels = columns.map(|(index, column)| Channel {
-        name: column.path().parts().join("/"),
-        unit: None,
-        step_s: None,
-        values: is_number(column).and_then(|()| numbers(&reader, index)),
+    let channels = columns.map(|(index, column)| {
+        let (unit, values) = match scale_of(column) {
+            Ok(scale) => (scale.map(|_| "s".to_owned()), numbers(&reader, index, scale)),
+            Err(why) => (None, Err(why)),
+        };
+        Channel { name: column.path().parts().join("/"), unit, step_s: None, values }
     });
     Ok(channels.collect())
 }
 
-/// That whole numbers of a column are just that.
-fn is_number(column: &ColumnDescriptor) -> std::result::Result<(), String> {
+/// Seconds in a unit of a column that holds times; none of one whose numbers are just that.
+fn scale_of(column: &ColumnDescriptor) -> std::result::Result<Option<f64>, String> {
     if column.max_rep_level() > 0 {
         return Err("lists".to_owned());
     }
+    let of = |unit: &TimeUnit| match unit {
+        TimeUnit::MILLIS => 1e-3,
+        TimeUnit::MICROS => 1e-6,
+        TimeUnit::NANOS => 1e-9,
+    };
     match (column.logical_type_ref(), column.converted_type()) {
-        (None | Some(LogicalType::Integer { .. }), ConvertedType::NONE) => Ok(()),
-        (Some(LogicalType::Integer { .. }), _) => Ok(()),
+        (Some(LogicalType::Timestamp(stamp)), _) => Ok(Some(of(&stamp.unit))),
+        (Some(LogicalType::Time(time)), _) => Ok(Some(of(&time.unit))),
+        (None, ConvertedType::TIMESTAMP_MILLIS | ConvertedType::TIME_MILLIS) => Ok(Some(1e-3)),
+        (None, ConvertedType::TIMESTAMP_MICROS | ConvertedType::TIME_MICROS) => Ok(Some(1e-6)),
+        (None | Some(LogicalType::Integer { .. }), ConvertedType::NONE) => Ok(None),
+        (Some(LogicalType::Integer { .. }), _) => Ok(None),
         (Some(other), _) => Err(format!("{other:?}, which is not a plain number")),
         (None, other) => Err(format!("{other:?}, which is not a plain number")),
     }
 }
 
+/// The numbers of a column; times, of which `scale` is a unit, in seconds since the first.
 fn numbers(
     reader: &SerializedFileReader<Bytes>,
     column: usize,
+    scale: Option<f64>,
 ) -> std::result::Result<Vec<f64>, String> {
     let mut values = Vec::new();
+    let mut first = None;
+    // What has passed since some year leaves no digits for the time between samples.
+    let mut whole = |x: i64| match scale {
+        None => x as f64,
+        Some(scale) => (x - *first.get_or_insert(x)) as f64 * scale,
+    };
     for group in 0..reader.num_row_groups() {
         let group = reader.get_row_group(group).map_err(|e| e.to_string())?;
         let rows = group.metadata().num_rows() as usize;
         match group.get_column_reader(column).map_err(|e| e.to_string())? {
             ColumnReader::DoubleColumnReader(column) => take(column, rows, &mut values, |x| x),
             ColumnReader::FloatColumnReader(column) => take(column, rows, &mut values, f64::from),
-            ColumnReader::Int32ColumnReader(column) => take(column, rows, &mut values, f64::from),
-            ColumnReader::Int64ColumnReader(column) => {
-                take(column, rows, &mut values, |x| x as f64)
+            ColumnReader::Int32ColumnReader(column) => {
+                take(column, rows, &mut values, |x| whole(i64::from(x)))
             }
+            ColumnReader::Int64ColumnReader(column) => take(column, rows, &mut values, &mut whole),
             _ => Err("no numbers".to_owned()),
         }?;
     }
     Ok(values)
 }
 
+/// Appends the numbers of a group of rows; a row without one is a gap.
 fn take<T: DataType>(
     mut column: ColumnReaderImpl<T>,
     rows: usize,
     to: &mut Vec<f64>,
-    number: impl Fn(T::T) -> f64,
+    mut number: impl FnMut(T::T) -> f64,
 ) -> std::result::Result<(), String> {
     let mut taken = 0;
     while taken < rows {
@@ -78,10 +97,17 @@ fn take<T: DataType>(
         if records == 0 {
             return Err(format!("{taken} numbers of {rows}, the file is cut off"));
         }
-        if there != records {
-            return Err("holes without a number".to_owned());
+        let mut values = values.into_iter();
+        if there == records {
+            to.extend(values.map(&mut number));
+        } else {
+            // A row holds a number where its level is that of the others that do.
+            let full = levels.iter().copied().max().filter(|_| there > 0);
+            to.extend(levels.iter().map(|level| match Some(*level) == full {
+                true => values.next().map_or(f64::NAN, &mut number),
+                false => f64::NAN,
+            }));
         }
-        to.extend(values.into_iter().map(&number));
         taken += records;
     }
     Ok(())

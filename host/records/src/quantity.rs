@@ -1,7 +1,7 @@
 //! What a channel's numbers are, by its unit and by what is said of it.
 
+use super::units;
 use serde::{Deserialize, Serialize};
-use std::f64::consts::PI;
 use yawrig_core::record::{Derivative, Measurand};
 
 /// What is recorded, as a [`Selection`](super::Selection) says it.
@@ -27,6 +27,12 @@ impl Quantity {
             Self::Acceleration => "acceleration",
             Self::Displacement => "displacement",
         }
+    }
+
+    /// That of this name.
+    pub(super) fn named(name: &str) -> Option<Self> {
+        let all = [Self::Angle, Self::Rate, Self::Acceleration, Self::Displacement];
+        all.into_iter().find(|one| one.name() == name)
     }
 
     fn of_angle(derivative: Derivative) -> Self {
@@ -110,17 +116,7 @@ pub(super) fn angular(unit: &str) -> Option<(Derivative, f64)> {
         ends.iter().find_map(|end| Some((*derivative, unit.strip_suffix(end)?)))
     });
     let (derivative, angle) = stripped.unwrap_or((Derivative::None, &unit));
-    let deg = match angle {
-        "deg" | "degree" | "degrees" | "°" => 1.0,
-        "rad" | "radian" | "radians" => 180.0 / PI,
-        "mrad" => 0.18 / PI,
-        "turn" | "turns" | "rev" | "revs" | "revolutions" => 360.0,
-        "gon" => 0.9,
-        "arcmin" => 1.0 / 60.0,
-        "arcsec" => 1.0 / 3600.0,
-        _ => return None,
-    };
-    Some((derivative, deg))
+    units::degrees(angle).map(|deg| (derivative, deg))
 }
 
 /// What numbers in `unit` are, of which somebody says that they are this `quantity`.
@@ -166,8 +162,7 @@ pub(super) fn of_column(name: &str) -> Option<Meant> {
         _ => {}
     }
     let (quantity, unit) = name.strip_suffix(')')?.split_once(" (")?;
-    let all = [Quantity::Rate, Quantity::Acceleration, Quantity::Displacement];
-    let quantity = all.into_iter().find(|one| one.name() == quantity)?;
+    let quantity = Quantity::named(quantity).filter(|named| *named != Quantity::Angle)?;
     meant(Some(quantity), Some(unit)).ok()
 }
 

@@ -4,6 +4,7 @@
 use super::format::{self, Format};
 use super::place;
 use bytes::Bytes;
+use flate2::read::MultiGzDecoder;
 use std::collections::HashMap;
 use std::fmt::Display;
 use std::fs::File;
@@ -18,6 +19,10 @@ use yawrig_shared::checksum::crc32;
 
 /// A format is told by so many bytes.
 const HEAD: u64 = 4096;
+
+/// What a file that was compressed by itself begins with, and most bytes of one.
+const GZIP: &[u8] = b"\x1f\x8b";
+const LARGEST: u64 = 1 << 30;
 
 /// What standard input is called while its record is read.
 const INPUT: &str = "standard-input";
@@ -149,6 +154,17 @@ fn read_now(file: &Path) -> Result<(Format, Bytes)> {
     };
     let mut bytes = Vec::with_capacity(usize::try_from(size).unwrap_or(0));
     from.by_ref().take(HEAD).read_to_end(&mut bytes).map_err(|e| fail(&e))?;
+    if bytes.starts_with(GZIP) {
+        let compressed = std::io::Cursor::new(std::mem::take(&mut bytes)).chain(from);
+        // One after the other, as `gzip` reads them.
+        let mut inflated = MultiGzDecoder::new(compressed).take(LARGEST + 1);
+        inflated.read_to_end(&mut bytes).map_err(|e| fail(&e))?;
+        if bytes.len() as u64 > LARGEST {
+            return Err(fail(&format!("it holds more than {} MiB", LARGEST >> 20)));
+        }
+        let format = format::of(shown, &bytes[..bytes.len().min(HEAD as usize)])?;
+        return Ok((format, bytes.into()));
+    }
     // A device may never end.
     let format = format::of(shown, &bytes)?;
     from.read_to_end(&mut bytes).map_err(|e| fail(&e))?;

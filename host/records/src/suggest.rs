@@ -1,113 +1,190 @@
 //! The command that is printed where a file does not say what it holds: complete, with the channels that are
-//! most likely meant by what their numbers do.
+//! most likely meant by what their numbers do, and run before it is printed.
 
 use super::names;
 use super::quantity::{self, Quantity, Unclear};
-use super::table::{Channel, Selection, FEWEST_SAMPLES};
+use super::swing::{self, finite, increases, unit_of};
+use super::table::{Channel, Selection};
+use super::times;
+use super::units::TimeUnit;
 use std::path::Path;
 use yawrig_base::settings;
-use yawrig_core::identify::{identify, Method, Settings};
 use yawrig_core::record::Record;
 
 /// Rates that records have as a rule, Hz: times without a unit that belong to another may be in milliseconds,
 /// or numbers of samples.
 const RATES_HZ: std::ops::RangeInclusive<f64> = 5.0..=100_000.0;
-/// Rates that can be chosen.
-const TAKEN_HZ: std::ops::RangeInclusive<f64> = 20.0..=10_000.0;
-/// What stands for a rate that is not known: of a camera, and of anything else.
-const FRAMES_HZ: f64 = 30.0;
-const SAMPLES_HZ: f64 = 1000.0;
-/// Share of its amplitude down to which what is left to itself is seen to fall.
-const DECAYS_TO: f64 = 0.9;
-/// Of more samples, means are looked at.
-const MOST_SAMPLES: usize = 50_000;
+/// Those of records whose times are in a unit that has to be guessed.
+const LIKELY_HZ: std::ops::RangeInclusive<f64> = 20.0..=10_000.0;
+/// What stands for a rate that is not known: no command runs with it. Another is tried in its place.
+const UNKNOWN_HZ: &str = "HZ";
+const TRIED_HZ: f64 = 100.0;
 /// Angles that are never larger may be in radians.
 const LARGEST_RAD: f64 = 1.6;
+/// What somebody measured in a unit that nobody says: arbitrary units.
+const OWN_UNIT: &str = "a.u.";
 /// A clock that falls back to within so many of its steps of its beginning starts anew.
 const STEPS_OF_BEGINNING: f64 = 3.0;
+/// Channels that are tried, at most.
+const MOST_TRIED: usize = 8;
+/// From 2001 to 2065 in s since 1970; from 1890 to 2110 in days since the year 0, and from 1982 to 2064 since
+/// 1900, as MATLAB and workbooks count.
+const SINCE_1970_S: std::ops::Range<f64> = 1e9..3e9;
+const DAYS: [std::ops::Range<f64>; 2] = [690_000.0..771_000.0, 30_000.0..60_000.0];
 
 /// What to type to have `file` read with these settings of a [`Selection`].
 pub(super) fn reading(file: &Path, settings: &[(&str, &str)]) -> String {
     settings::command("convert", &[&file.to_string_lossy(), "record.csv"], settings)
 }
 
-/// What to type to have `file` read.
-pub(super) fn command(file: &Path, table: &[Channel], selection: &Selection) -> String {
+/// A reading of a file that may be meant.
+#[derive(Default)]
+struct Guess {
+    reading: Selection,
+    is_rate_unknown: bool,
+    about: Vec<String>,
+}
+
+/// What to type to have `file` read, which `read` tries; in words where nothing that could be typed reads
+/// it.
+pub(super) fn command(
+    file: &Path,
+    table: &[Channel],
+    selection: &Selection,
+    in_order: bool,
+    read: &dyn Fn(&Selection) -> Option<Record>,
+) -> String {
     let find = |wanted: &Option<String>| {
         let wanted = wanted.as_ref()?;
-        table.iter().find(|c| c.name == *wanted || c.own_name() == wanted)
+        let numbered = || table.get(wanted.parse::<usize>().ok()?.checked_sub(1)?);
+        table.iter().find(|c| c.name == *wanted || c.own_name() == wanted).or_else(numbered)
     };
     let chosen_time = find(&selection.time);
-    let yaw = find(&selection.yaw).or_else(|| likely_yaw(table, chosen_time));
-    let time = chosen_time.or_else(|| likely_time(table, yaw));
-    let (mut said, mut about) = (Vec::new(), Vec::new());
-    let unknown_rate = |hz: f64, about: &mut Vec<String>| {
-        about.push("with the record's own rate".to_owned());
-        ("rate_hz", hz.to_string())
+    let yaws = match find(&selection.yaw) {
+        Some(chosen) => vec![chosen],
+        None => swing::likely(table, chosen_time),
     };
-    match (selection.rate_hz, time) {
-        (Some(hz), _) => said.push(("rate_hz", hz.to_string())),
-        (None, Some(time)) if names::counts_samples(time.own_name()) => {
-            let frames = names::counts_frames(time.own_name());
-            said.push(unknown_rate(if frames { FRAMES_HZ } else { SAMPLES_HZ }, &mut about));
-        }
-        (None, Some(time)) => {
-            said.push(("time", called(table, time)));
-            let known = time.unit.as_deref().is_some_and(|unit| !unit.trim().is_empty());
-            if selection.time_unit.is_none() && !known && !is_in_seconds(time) {
-                said.push(("time_unit", likely_time_unit(time).to_owned()));
-            }
-        }
-        (None, None) if yaw.is_some_and(|c| c.step_s.is_some()) => {}
-        (None, None) => said.push(unknown_rate(SAMPLES_HZ, &mut about)),
-    }
-    said.push(("yaw", yaw.map_or("NAME".to_owned(), |yaw| called(table, yaw))));
-    let quantity = |name: &str| ("quantity", name.to_owned());
-    let own = yaw.and_then(unit_of);
-    match quantity::meant(selection.quantity, own.or(selection.unit.as_deref())) {
-        Ok(meant) => {
-            // What the unit says need not be said again, but is better seen.
-            if !meant.measurand.is_angle() {
-                let own = meant.measurand.quantity();
-                said.push(quantity(selection.quantity.map_or(own, Quantity::name)));
-            }
-        }
-        Err(Unclear::NoUnit) => {
-            let unit = match selection.quantity {
-                None | Some(Quantity::Angle) => {
-                    let unit = yaw.map_or("deg", likely_unit);
-                    let other = if unit == "deg" { "rad" } else { "deg" };
-                    let other = settings::given("unit", other);
-                    about.push(format!("or {other}: the file does not say it"));
-                    let other = settings::given("quantity", "displacement");
-                    about.push(format!("no angle: {other}, with its unit"));
-                    unit
-                }
-                Some(known) => {
-                    said.push(quantity(known.name()));
-                    about.push("with the channel's own unit".to_owned());
-                    match known {
-                        Quantity::Displacement => "mm",
-                        Quantity::Rate => "rad/s",
-                        _ => "m/s2",
-                    }
-                }
-            };
-            said.push(("unit", unit.to_owned()));
-        }
-        Err(Unclear::NoAngle) => {
-            let likely = Quantity::likely(own.or(selection.unit.as_deref()).unwrap_or_default());
-            said.push(quantity(likely.name()));
-        }
-        Err(Unclear::Against(_, is)) => said.push(quantity(is.name())),
-    }
-    if let (Some(unit), None) = (&selection.unit, own) {
-        said.push(("unit", unit.clone()));
-    }
+    let runs = |yaw: &&Channel| {
+        let time = chosen_time.or_else(|| likely_time(table, yaw, in_order));
+        let guess = guessed(table, selection, yaw, time);
+        let rate_hz = guess.reading.rate_hz.or(guess.is_rate_unknown.then_some(TRIED_HZ));
+        let tried = Selection { rate_hz, ..guess.reading.clone() };
+        read(&tried).map(|record| (guess, record))
+    };
+    let mut tried: Vec<(Guess, Record)> = yaws.iter().take(MOST_TRIED).filter_map(runs).collect();
+    // The first of which something is found, or else the first that is read at all.
+    let at = tried.iter().position(|(_, record)| swing::is_found(record)).unwrap_or(0);
+    let Some((guess, _)) = (at < tried.len()).then(|| tried.swap_remove(at)) else {
+        return format!(
+            "say which channels are its time and its angle with {} and {}, or with {} how fast it was sampled; \
+             or export it again",
+            settings::name("time"),
+            settings::name("yaw"),
+            settings::name("rate_hz")
+        );
+    };
+    let Guess { reading: read, is_rate_unknown, mut about } = guess;
     let keep = settings::name("keep");
     about.push(format!("with {keep} every file of its folder is read this way"));
+    let mut said = read.settings();
+    if is_rate_unknown {
+        said.push(("rate_hz", UNKNOWN_HZ.to_owned()));
+    }
+    // The channels first, then what they are.
+    let order = ["time", "time_unit", "rate_hz", "yaw", "quantity", "unit"];
+    said.sort_by_key(|(name, _)| order.iter().position(|known| known == name));
     let said: Vec<(&str, &str)> = said.iter().map(|(name, value)| (*name, &**value)).collect();
     format!("{}   ({})", reading(file, &said), about.join("; "))
+}
+
+/// `yaw` by its `time`, as far as its user has not said otherwise.
+fn guessed(
+    table: &[Channel],
+    selection: &Selection,
+    yaw: &Channel,
+    time: Option<&Channel>,
+) -> Guess {
+    let mut guess = Guess { reading: selection.clone(), ..Guess::default() };
+    let reading = &mut guess.reading;
+    let mut unknown_rate = |whose: &str| {
+        guess.is_rate_unknown = true;
+        guess.about.push(format!("{UNKNOWN_HZ} stands for {whose}, which the file does not say"));
+    };
+    match (selection.rate_hz, time) {
+        (Some(_), _) => {}
+        (None, Some(time)) => {
+            reading.time = Some(called(table, time));
+            let is_known = time.unit.as_deref().is_some_and(|unit| !unit.trim().is_empty());
+            if selection.time_unit.is_none() && !is_known {
+                if counts(time) {
+                    reading.time_unit = Some(TimeUnit::Samples);
+                    let frames = names::counts_frames(time.own_name());
+                    unknown_rate(if frames { "pictures a second" } else { "samples a second" });
+                } else if !is_in_seconds(time) {
+                    reading.time_unit =
+                        TimeUnit::all().find(|u| u.name() == likely_time_unit(time));
+                }
+            } else if selection.time_unit == Some(TimeUnit::Samples) {
+                unknown_rate("samples a second");
+            }
+        }
+        (None, None) if yaw.step_s.is_some() => {}
+        (None, None) => unknown_rate("samples a second"),
+    }
+    reading.yaw = Some(called(table, yaw));
+    let own = unit_of(yaw);
+    match quantity::meant(selection.quantity, own.or(selection.unit.as_deref())) {
+        Ok(meant) if meant.measurand.is_angle() => {}
+        // What the unit says need not be said again, but is better seen.
+        Ok(meant) => reading.quantity = Quantity::named(meant.measurand.quantity()),
+        Err(Unclear::NoUnit) => {
+            let is_angle = matches!(selection.quantity, None | Some(Quantity::Angle))
+                && !names::says_no_angle(yaw.own_name());
+            let unit = if is_angle {
+                let (unit, other) = likely_unit(yaw);
+                let other = settings::given("unit", other);
+                guess.about.push(format!("or {other}: the file does not say it"));
+                let other = settings::given("quantity", "displacement");
+                guess.about.push(format!("no angle: {other}, with its unit"));
+                unit
+            } else {
+                let is = selection.quantity.filter(|said| *said != Quantity::Angle);
+                reading.quantity = is.or(Some(Quantity::Displacement));
+                guess
+                    .about
+                    .push("with the channel's own unit, which the file does not say".to_owned());
+                OWN_UNIT
+            };
+            reading.unit = Some(unit.to_owned());
+        }
+        Err(Unclear::NoAngle) => {
+            let name = super::computed::written(&called(table, yaw));
+            if let Some(turn) = swing::counts_a_turn(yaw) {
+                reading.yaw = Some(format!("{name} * 360 / {turn}"));
+                reading.unit = Some("deg".to_owned());
+                guess
+                    .about
+                    .push(format!("it begins anew after {turn}, as an encoder does after a turn"));
+                return guess;
+            }
+            let unit = own.or(selection.unit.as_deref()).unwrap_or_default();
+            reading.quantity = Some(Quantity::likely(unit));
+            let sum = format!("({name} - ZERO) * SCALE");
+            let angle = settings::given("yaw", &sum);
+            guess
+                .about
+                .push(format!("as an angle by its calibration: {angle}, with the angle's unit"));
+        }
+        Err(Unclear::Against(_, is)) => reading.quantity = Some(is),
+    }
+    guess
+}
+
+/// Whether numbers count samples: by their name, or one by one without a name that says time.
+fn counts(time: &Channel) -> bool {
+    let values = finite(time);
+    let by_one = values.windows(2).all(|v| v[1] - v[0] == 1.0);
+    names::counts_samples(time.own_name()) || by_one && times::rank(time).is_none()
 }
 
 /// For a `record` whose clock falls to `time_s` at sample `index`: where it starts anew there and was even
@@ -120,7 +197,7 @@ pub(super) fn by_rate(record: &Record, index: usize, time_s: f64, yaw: &str) -> 
     let off = |(k, t): (usize, &f64)| (t - first - k as f64 * step_s).abs();
     let even = before.iter().enumerate().map(off).fold(0.0, f64::max) < step_s;
     let rate_hz = step_s.recip();
-    (anew && even && TAKEN_HZ.contains(&rate_hz)).then(|| {
+    (anew && even && RATES_HZ.contains(&rate_hz)).then(|| {
         let rate_hz = ((rate_hz * 1e4).round() / 1e4).to_string();
         format!(
             "the clock starts anew there; by the rate before it: {}   (then `{}`)",
@@ -143,108 +220,32 @@ fn called(table: &[Channel], channel: &Channel) -> String {
     }
 }
 
-/// The numbers of a channel without its gaps.
-fn finite(channel: &Channel) -> Vec<f64> {
-    let values = channel.values.as_deref().unwrap_or_default();
-    values.iter().copied().filter(|value| value.is_finite()).collect()
-}
-
-fn increases(channel: &Channel) -> bool {
-    let values = finite(channel);
-    values.len() > 2
-        && values.windows(2).all(|v| v[1] >= v[0])
-        && values.windows(2).filter(|v| v[1] > v[0]).count() > values.len() / 4
-}
-
-fn time_rank(channel: &Channel) -> Option<u8> {
-    names::as_time(&channel.name).or_else(|| names::as_time(channel.own_name()))
-}
-
-/// Digits that a name ends with: `1` of `theta1`.
-fn number_of(name: &str) -> &str {
-    name.trim_start_matches(|c: char| !c.is_ascii_digit())
-}
-
-/// What a channel stands in with others: a group, or a matrix.
-fn group_of(channel: &Channel) -> &str {
-    let matrix = channel.name.rsplit_once('(').filter(|(_, of)| of.contains(':'));
-    let group = || channel.name.strip_suffix(channel.own_name()).unwrap_or("");
-    matrix.map_or_else(group, |(matrix, _)| matrix)
-}
-
-/// What increases, best by its name, beside the angle.
-fn likely_time<'a>(table: &'a [Channel], yaw: Option<&Channel>) -> Option<&'a Channel> {
-    let other = |c: &&Channel| yaw.is_none_or(|yaw| !std::ptr::eq(yaw, *c));
+/// What is the time of `yaw` by its name, or increases beside it.
+fn likely_time<'a>(table: &'a [Channel], yaw: &Channel, in_order: bool) -> Option<&'a Channel> {
+    let length = |c: &Channel| c.values.as_ref().map_or(0, Vec::len);
+    let by_name = times::of_channel(table, yaw, in_order).ok().flatten();
+    if let Some(time) = by_name.filter(|c| increases(c) && length(c) == length(yaw)) {
+        return Some(time);
+    }
     let fit = |c: &Channel| {
-        let same = |of: fn(&Channel) -> &str| yaw.is_some_and(|yaw| of(c) == of(yaw));
-        let numbers = yaw.is_some_and(|yaw| number_of(c.own_name()) == number_of(yaw.own_name()));
-        let length = |c: &Channel| c.values.as_ref().map_or(0, Vec::len);
-        let as_long = yaw.is_none_or(|yaw| length(yaw) == length(c));
-        (!as_long, !same(group_of), time_rank(c).unwrap_or(u8::MAX), !numbers)
+        (
+            length(yaw) != length(c),
+            times::group_of(c) != times::group_of(yaw),
+            times::rank(c).unwrap_or(u8::MAX),
+            times::marks(c.own_name()) != times::marks(yaw.own_name()),
+        )
     };
-    table.iter().filter(other).filter(|c| increases(c)).min_by_key(|c| fit(c))
+    let others = table.iter().filter(|c| !std::ptr::eq(*c, yaw) && increases(c));
+    others.min_by_key(|c| fit(c))
 }
 
-/// What swings and dies away, best by its name, then by its unit, then by how well it does so; without any,
-/// what is called an angle.
-fn likely_yaw<'a>(table: &'a [Channel], time: Option<&Channel>) -> Option<&'a Channel> {
-    let is_other = |c: &&Channel| {
-        time.is_none_or(|time| !std::ptr::eq(time, *c)) && time_rank(c) != Some(0) && !increases(c)
-    };
-    let rank = |c: &Channel| {
-        let by_name = names::as_yaw(c.own_name()).or_else(|| names::as_angle(c.own_name()));
-        let is_angle = unit_of(c).is_some_and(|unit| quantity::meant(None, Some(unit)).is_ok());
-        (by_name.unwrap_or(u8::MAX), !is_angle)
-    };
-    let others = || table.iter().filter(is_other);
-    let swings = others().filter_map(|c| Some(((rank(c), misfit(c)?), c)));
-    let best = swings.min_by(|(a, _), (b, _)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    let named = || others().filter(|c| rank(c) < (u8::MAX, true)).min_by_key(|c| rank(c));
-    let only = || {
-        let mut numbers = others().filter(|c| finite(c).len() > 2);
-        numbers.next().filter(|_| numbers.next().is_none())
-    };
-    best.map(|(_, channel)| channel).or_else(named).or_else(only)
-}
-
-/// Share of its amplitude that a damped oscillation leaves of a channel; none where it is none.
-fn misfit(channel: &Channel) -> Option<f64> {
-    let values = finite(channel);
-    let each = values.len() / MOST_SAMPLES + 1;
-    let means = values.chunks(each).map(|part| part.iter().sum::<f64>() / part.len() as f64);
-    let values: Vec<f64> = means.collect();
-    if values.len() < FEWEST_SAMPLES {
-        return None;
-    }
-    let mean = values.iter().sum::<f64>() / values.len() as f64;
-    let largest = values.iter().map(|value| (value - mean).abs()).fold(0.0, f64::max);
-    if !(largest > 0.0 && largest.is_finite()) {
-        return None;
-    }
-    // Neither its size nor its clock matters.
-    let scaled = values.iter().map(|value| (value - mean) / largest * 10.0).collect();
-    let time_s = (0..values.len()).map(|k| k as f64 / SAMPLES_HZ).collect();
-    let record = Record::new("", time_s, scaled);
-    let settings = Settings { from_deg: 360.0, to_deg: 1e-3, ..Settings::default() };
-    let found = identify(&record, &[Method::LeastSquares], &settings).ok()?;
-    let decays = found.window.to_deg < DECAYS_TO * found.window.from_deg;
-    let estimate = found.estimates.first().filter(|_| decays)?;
-    Some(estimate.residual_rms_deg / found.window.from_deg)
-}
-
-/// The unit that a channel says it is in.
-fn unit_of(channel: &Channel) -> Option<&str> {
-    let by_name = channel.own_name().rsplit_once('_').map(|(_, unit)| unit);
-    let by_name = by_name.filter(|unit| quantity::angular(unit).is_some());
-    by_name.or(channel.unit.as_deref()).map(str::trim).filter(|unit| !unit.is_empty())
-}
-
-fn likely_unit(channel: &Channel) -> &'static str {
+/// In degrees or radians, and the other of the two.
+fn likely_unit(channel: &Channel) -> (&'static str, &'static str) {
     let largest = finite(channel).iter().fold(0.0f64, |most, value| most.max(value.abs()));
     // A swing of so few degrees would be a small one.
     match largest <= LARGEST_RAD {
-        true => "rad",
-        false => "deg",
+        true => ("rad", "deg"),
+        false => ("deg", "rad"),
     }
 }
 
@@ -261,14 +262,24 @@ pub(super) fn is_in_seconds(time: &Channel) -> bool {
     per_unit(time).is_some_and(|rate_hz| RATES_HZ.contains(&rate_hz))
 }
 
-/// Whole numbers count milliseconds or less; so do others that would be too slow by far.
+/// By the calendar, where its beginning is in our days. Else whole numbers count milliseconds or less; so do
+/// others that would be too slow by far.
 fn likely_time_unit(time: &Channel) -> &'static str {
-    let is_whole = finite(time).iter().all(|t| t.fract() == 0.0);
+    const SMALL: [(&str, f64); 3] = [("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
+    let values = finite(time);
     let rate = per_unit(time).unwrap_or(0.0);
-    let fits = |seconds: f64| TAKEN_HZ.contains(&(rate / seconds));
-    match is_whole || rate < 0.5 {
-        true if fits(1e-3) => "ms",
-        true if fits(1e-6) => "us",
-        _ => "s",
+    let first = values.first().copied().unwrap_or(0.0);
+    let calendar = SMALL.into_iter().find(|(_, s)| SINCE_1970_S.contains(&(first * s)));
+    if let Some((unit, _)) = calendar {
+        return unit;
+    }
+    if DAYS.iter().any(|days| days.contains(&first)) && RATES_HZ.contains(&(rate / 86_400.0)) {
+        return "d";
+    }
+    let is_whole = values.iter().all(|t| t.fract() == 0.0);
+    let small = SMALL.into_iter().find(|(_, s)| LIKELY_HZ.contains(&(rate / s)));
+    match small.filter(|_| is_whole || rate < 0.5) {
+        Some((unit, _)) => unit,
+        None => "s",
     }
 }

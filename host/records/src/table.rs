@@ -2,6 +2,7 @@
 
 use super::place::Times;
 use super::quantity::Quantity;
+use super::units::TimeUnit;
 use serde::{Deserialize, Serialize};
 use yawrig_core::record::Called;
 
@@ -10,29 +11,6 @@ pub(super) const FEWEST_SAMPLES: usize = 10;
 
 /// Longest record, s.
 pub(super) const LONGEST_S: f64 = 86_400.0;
-
-/// What the time of a file is counted in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum TimeUnit {
-    S,
-    Ms,
-    Us,
-    /// Numbers of samples: the rate is needed, too.
-    Samples,
-}
-
-impl TimeUnit {
-    /// As it is typed.
-    fn name(self) -> &'static str {
-        match self {
-            Self::S => "s",
-            Self::Ms => "ms",
-            Self::Us => "us",
-            Self::Samples => "samples",
-        }
-    }
-}
 
 /// Which channels are meant, where their names do not say so.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

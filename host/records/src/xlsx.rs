@@ -48,10 +48,11 @@ fn channels(sheet: &Range<Data>) -> Result<Vec<Channel>, String> {
             line: first + index + 1,
             fields: cells.iter().map(|cell| field(cell).into()).collect(),
             is_comment: false,
+            text: "",
         })
         .filter(|row| row.fields.iter().any(|field| !field.is_empty()))
         .collect();
-    grid::of_rows(&rows, true)
+    grid::of_rows(&rows)
 }
 
 /// A cell as text would have it; times and dates are days there.

@@ -92,25 +92,10 @@ impl From<MotionChoice> for Called {
     }
 }
 
-/// What a file's time is in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum ClockUnit {
-    S,
-    Ms,
-    Us,
-    /// Numbers of samples; --rate-hz says how many a second.
-    Samples,
-}
-
-impl From<ClockUnit> for TimeUnit {
-    fn from(chosen: ClockUnit) -> Self {
-        match chosen {
-            ClockUnit::S => Self::S,
-            ClockUnit::Ms => Self::Ms,
-            ClockUnit::Us => Self::Us,
-            ClockUnit::Samples => Self::Samples,
-        }
-    }
+/// What a file's time is in, by the names of all units of time.
+pub fn time_unit() -> impl TypedValueParser<Value = TimeUnit> {
+    PossibleValuesParser::new(TimeUnit::all().map(TimeUnit::name))
+        .map(|name| TimeUnit::try_from(name).expect("one of the names of all"))
 }
 
 /// The axis of this name.

@@ -1,14 +1,18 @@
 //! `--release N|all`, `--from-s`, `--to-s`: which part of a record; `--quantity`, `--yaw` and their like: how
 //! it is read.
 
-use super::choices::{ClockUnit, MotionChoice, QuantityChoice};
+use super::choices::{time_unit, MotionChoice, QuantityChoice};
 use super::common::within;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use yawrig_base::error::{Error, Result};
 use yawrig_records::place::{parted, with_part, Part, Times};
-use yawrig_records::Selection;
+use yawrig_records::{Selection, TimeUnit};
+
+/// Rates of a day's swing of a bridge and of a microphone, with room on both sides.
+const SLOWEST_HZ: f64 = 1e-3;
+const FASTEST_HZ: f64 = 1e7;
 
 #[derive(Args, Debug, Clone)]
 pub struct ReleaseArg {
@@ -37,16 +41,17 @@ pub struct ReadingArgs {
     /// What the motion is called in tables, plots and reports [default: yaw; of a displacement: displacement]
     #[arg(long, value_enum)]
     motion: Option<MotionChoice>,
-    /// Channel of it, by its name or number, or an expression of channels such as 'atan2(x, -y)' [default:
-    /// the one whose name says it]
+    /// Channel of it, by its name or number, or an expression of channels such as 'atan2(x, -y)' or
+    /// '("CH 1 (V)" - 0.2) * 45' [default: the one whose name says it]
     #[arg(long, value_name = "NAME")]
     yaw: Option<String>,
     /// Channel of the time, by its name or number [default: the one whose name says it]
     #[arg(long, value_name = "NAME")]
     time: Option<String>,
-    /// What the time is in, where the file does not say it
-    #[arg(long, value_enum)]
-    time_unit: Option<ClockUnit>,
+    /// What the time is in, where the file does not say it; of numbers of samples --rate-hz says how many a
+    /// second
+    #[arg(long, value_parser = time_unit(), value_name = "TIME_UNIT")]
+    time_unit: Option<TimeUnit>,
     /// Samples a second, where there is no channel of the time or it counts samples
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     rate_hz: Option<f64>,
@@ -78,7 +83,7 @@ impl ReleaseArg {
     pub fn selection(&self) -> Result<Selection> {
         let ReadingArgs { quantity, unit, motion, yaw, time, time_unit, rate_hz } = &self.reading;
         if let Some(rate_hz) = rate_hz {
-            within("--rate-hz", *rate_hz, 20.0, 10_000.0)?;
+            within("--rate-hz", *rate_hz, SLOWEST_HZ, FASTEST_HZ)?;
         }
         Ok(Selection {
             time: time.clone(),
@@ -86,7 +91,7 @@ impl ReleaseArg {
             quantity: quantity.map(Into::into),
             unit: unit.clone(),
             motion: motion.map(Into::into),
-            time_unit: time_unit.map(Into::into),
+            time_unit: *time_unit,
             rate_hz: *rate_hz,
             ..Selection::default()
         })

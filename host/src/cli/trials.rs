@@ -41,6 +41,7 @@ fn verdict(flags: &[Flag]) -> String {
         Flag::AmplitudeDependentDamping => Some("zeta changes with amplitude"),
         Flag::ResidualAboveNoise => Some("not one mode"),
         Flag::FewCycles => Some("few cycles"),
+        Flag::DoesNotDieAway => Some("does not die away"),
         Flag::SeveralReleases => Some("one of several releases"),
         _ => None,
     };

@@ -129,9 +129,13 @@ fn flags_choose_channels_and_units() {
     let record = read("groups.h5", &selection("", "run1/theta", None)).unwrap();
     is_the_swing(&record, 1.0, 0.0, DOUBLE);
 
-    // The channel says its own step and unit.
-    let record = read("waveform.tdms", &selection("", "Yaw", None)).unwrap();
-    is_the_swing(&record, 1.0, 0.0, DOUBLE);
+    // The channel says its own step and unit, and what it is.
+    for chosen in [selection("", "Yaw", None), Selection::default()] {
+        is_the_swing(&read("waveform.tdms", &chosen).unwrap(), 1.0, 0.0, DOUBLE);
+    }
+    // A row without a number is a gap.
+    let holes = read("zstd.parquet", &selection("t", "holes", Some("deg"))).unwrap();
+    assert_eq!(holes.len(), 299);
 
     let record = read("zstd.parquet", &selection("t", "angle", Some("rad"))).unwrap();
     is_the_swing(&record, 1.0, 0.0, 30.0 * SINGLE);
@@ -164,19 +168,17 @@ fn what_is_unclear_is_asked_and_never_guessed() {
             "yaw = theta, unit = rad",
         ],
     );
-    says(refused("waveform.tdms", &none), &["Rig/Yaw (300 numbers, deg)", "convert "]);
     // Which unit.
     let error = refused("v5-compressed.mat", &selection("t", "theta", None));
     says(error, &["theta", "unknown unit", "yaw = theta, unit = rad"]);
-    // Which time.
-    let error = refused("zstd.parquet", &selection("", "angle", Some("rad")));
-    says(error, &["time_s", "time = t,", "yaw = angle"]);
+    // Which unit, of a time that is found by its name.
+    let error = refused("zstd.parquet", &selection("", "angle", None));
+    says(error, &["unknown unit", "time = t,", "yaw = angle"]);
     // Two of one name.
     let error = refused("groups.h5", &selection("", "theta", None));
     says(error, &["several channels", "run1/theta", "run2/theta", "yaw = run1/theta"]);
-    // A name that is not there, a matrix, holes, a text.
+    // A name that is not there, a text.
     says(refused("v5.mat", &selection("", "yaw", None)), &["no channel \"yaw\"", "yaw_deg"]);
-    says(refused("zstd.parquet", &selection("t", "holes", Some("deg"))), &["holes without"]);
     says(refused("snappy.parquet", &selection("", "spring", Some("deg"))), &["spring"]);
     // What the file says stands against the flag.
     says(refused("groups.h5", &selection("", "run1/theta", Some("deg"))), &["rad", "deg"]);

@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 pub mod cells;
+pub mod clocks;
 pub mod rows;
 
 use std::fmt::Write as _;

@@ -1,5 +1,6 @@
 //! Text as other programs write it: decoded, its comments put aside, its lines split by what parts them.
 
+use crate::clocks;
 use std::borrow::Cow;
 
 /// A line of a table.
@@ -8,6 +9,8 @@ pub struct Row<'a> {
     /// Its number in the file, from 1.
     pub line: usize,
     pub fields: Vec<Cow<'a, str>>,
+    /// All of it, without its comment sign.
+    pub text: &'a str,
     /// It stands behind a comment sign.
     pub is_comment: bool,
 }
@@ -19,16 +22,13 @@ pub enum Separator {
     Semicolon,
     Comma,
     Blanks,
+    /// Two blanks or more: a name may hold one.
+    WideBlanks,
 }
 
 impl Separator {
     /// In the order in which they are tried.
     pub const ALL: [Self; 4] = [Self::Tab, Self::Semicolon, Self::Comma, Self::Blanks];
-
-    /// Whether a comma may be the decimal sign.
-    pub fn is_decimal_comma_possible(self) -> bool {
-        self != Self::Comma
-    }
 }
 
 /// UTF-8 and UTF-16 with or without their marks; what is no UTF-8 is taken for Latin-1, as Windows writes a
@@ -69,16 +69,22 @@ fn row(number: usize, line: &str, separator: Separator) -> Option<Row<'_>> {
     (!line.trim().is_empty()).then(|| Row {
         line: number,
         fields: split(line, separator),
+        text: line,
         is_comment,
     })
 }
 
-fn split(line: &str, separator: Separator) -> Vec<Cow<'_, str>> {
+/// The fields of a line.
+pub fn split(line: &str, separator: Separator) -> Vec<Cow<'_, str>> {
     let sign = match separator {
         Separator::Tab => '\t',
         Separator::Semicolon => ';',
         Separator::Comma => ',',
         Separator::Blanks => return by_blanks(line),
+        Separator::WideBlanks => {
+            let fields = line.split("  ").map(|field| field.trim().trim_matches('"'));
+            return fields.filter(|field| !field.is_empty()).map(Cow::Borrowed).collect();
+        }
     };
     if !line.contains('"') {
         return line.split(sign).map(|field| Cow::Borrowed(field.trim())).collect();
@@ -95,14 +101,17 @@ fn split(line: &str, separator: Separator) -> Vec<Cow<'_, str>> {
     fields.iter().map(|field| Cow::Owned(field.trim().to_owned())).collect()
 }
 
-/// A unit in brackets belongs to the word before it.
+/// A unit in brackets belongs to the word before it, a time of day to its date.
 fn by_blanks(line: &str) -> Vec<Cow<'_, str>> {
     let mut fields: Vec<Cow<str>> = Vec::new();
     for word in line.split_whitespace() {
+        let goes_on = |last: &str| {
+            word.starts_with(['(', '['])
+                || word.contains(':') && clocks::is_date(last)
+                || clocks::is_half(word) && last.contains(':')
+        };
         match fields.last_mut() {
-            Some(last) if word.starts_with(['(', '[']) => {
-                *last = Cow::Owned(format!("{last} {word}"));
-            }
+            Some(last) if goes_on(last) => *last = Cow::Owned(format!("{last} {word}")),
             _ => fields.push(Cow::Borrowed(word.trim_matches('"'))),
         }
     }

@@ -52,14 +52,15 @@ fn every_verb_takes_every_format() {
 #[test]
 fn what_is_unclear_is_refused_with_the_command_that_works() {
     let folder = tempfile::tempdir().expect("a folder");
-    let file = data("waveform.tdms");
+    let file = data("v5-compressed.mat");
     let ended = yawrig("identify").and(&file).in_folder(folder.path()).run().exits(3).helps();
-    ended.says("Rig/Yaw").says("yawrig convert").says("--yaw Rig/Yaw");
-    let convert = yawrig("convert --yaw Yaw").and(&file).and("r.csv").in_folder(folder.path());
+    ended.says("theta (300 numbers)").says("yawrig convert").says("--yaw theta --unit rad");
+    let named = "convert --time t --yaw theta --unit rad";
+    let convert = yawrig(named).and(&file).and("r.csv").in_folder(folder.path());
     convert.run().exits(0);
-    let again = yawrig("convert --yaw Yaw").and(&file).and("r.csv").in_folder(folder.path());
+    let again = yawrig(named).and(&file).and("r.csv").in_folder(folder.path());
     again.run().exits(2).helps().says("is there already");
-    let tdms = yawrig("convert --yaw Yaw").and(&file).and("r.tdms").in_folder(folder.path());
+    let tdms = yawrig(named).and(&file).and("r.tdms").in_folder(folder.path());
     tdms.run().exits(2).helps().says("TDMS is read and not written");
     let over = yawrig("convert --force r.csv ./r.csv").in_folder(folder.path());
     over.run().exits(2).helps().says("over itself");

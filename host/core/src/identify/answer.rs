@@ -211,6 +211,33 @@ pub struct Estimate {
     pub lacking: Lacking,
 }
 
+/// Cycles in which an oscillation that decays at all is seen to.
+const MANY_CYCLES: f64 = 20.0;
+/// Share of the frequency's variance from which on its clock is named.
+const OF_CLOCK: f64 = 0.1;
+
+impl Estimate {
+    /// Whether no decay shows in so many cycles: none is a damping ratio within twice its uncertainty.
+    pub(crate) fn lasts(&self, cycles: f64) -> bool {
+        cycles > MANY_CYCLES && self.damping_ratio.value.abs() <= 2.0 * self.damping_ratio.u
+    }
+
+    /// Whether a rate with this relative standard uncertainty makes a good part of the frequency's.
+    pub(crate) fn is_of_coarse_clock(&self, rate_u: f64) -> bool {
+        let wn = self.natural_frequency_rad_s;
+        (wn.value * rate_u).powi(2) > OF_CLOCK * (wn.u.powi(2) + (wn.value * rate_u).powi(2))
+    }
+
+    /// The same of a record whose rate has this relative standard uncertainty: all of its frequencies have.
+    pub(crate) fn on_clock(mut self, rate_u: f64) -> Self {
+        let widen = |wn: &mut Quantity| wn.u = wn.u.hypot(wn.value * rate_u);
+        widen(&mut self.natural_frequency_rad_s);
+        self.at_amplitude.iter_mut().for_each(|at| widen(&mut at.natural_frequency_rad_s));
+        self.cycle = Cycle::of(self.natural_frequency_rad_s, self.damping_ratio);
+        self
+    }
+}
+
 /// wn and zeta over three cycles.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WindowEstimate {

@@ -46,6 +46,12 @@ pub enum Flag {
     OutsideTrainedRange,
     /// Others than the analysed release are in the record.
     SeveralReleases,
+    /// Most samples stand for several, as a sensor slower than the record leaves them.
+    RepeatedValues,
+    /// No decay shows in many cycles.
+    DoesNotDieAway,
+    /// The stamps are so coarse that the record's rate is a good part of the frequency's uncertainty.
+    RateUncertain,
 }
 
 impl Flag {
@@ -81,6 +87,13 @@ impl Flag {
             Flag::LowPassNotApplied => "the sampling rate is too low for the 10 Hz low-pass",
             Flag::LowPassTooNear => "the oscillation is too near the 10 Hz low-pass",
             Flag::SeveralReleases => "the record holds several releases; the longest is analysed",
+            Flag::RepeatedValues => {
+                "each value stands several times, as from a sensor slower than the record: the noise is that of fewer samples"
+            }
+            Flag::DoesNotDieAway => "does not die away: a hum or a driven motion is no free decay",
+            Flag::RateUncertain => {
+                "time stamps are coarse: the rate is known only as well as they tell it, and that is in the frequency's ±"
+            }
             Flag::OutsideTrainedRange => "a window lies outside the range the network was trained on",
         }
     }

@@ -78,10 +78,16 @@ pub fn identify(
         };
         match answer.and_then(|values| prepared.judged(method, values)) {
             Ok(mut estimate) => {
-                if !other_releases.is_empty() {
-                    estimate.flags.push(flag::Flag::SeveralReleases);
-                }
-                estimates.push(estimate);
+                let last = [
+                    (!other_releases.is_empty(), flag::Flag::SeveralReleases),
+                    (record.repeats().is_some(), flag::Flag::RepeatedValues),
+                    (estimate.lasts(prepared.window().cycles), flag::Flag::DoesNotDieAway),
+                    (estimate.is_of_coarse_clock(record.rate_u), flag::Flag::RateUncertain),
+                ];
+                estimate
+                    .flags
+                    .extend(last.iter().filter(|(found, _)| *found).map(|(_, flag)| *flag));
+                estimates.push(estimate.on_clock(record.rate_u));
             }
             Err(reason) => unavailable.push(Unavailable { method, reason }),
         }

@@ -20,6 +20,10 @@ const MOST_BETWEEN: f64 = 50.0;
 const MOST_FILLED: f64 = 20.0;
 const ALWAYS_FILLED: f64 = 1e5;
 
+/// Share of a record's runs of one value that are whole numbers of a sensor's sample, where all of it was read so
+/// often; of a coarse reading they have any length.
+const MOST_ALIKE: f64 = 0.9;
+
 /// Whether all `records` hold the same quantity in the same unit.
 ///
 /// # Errors
@@ -65,6 +69,8 @@ pub struct Record {
     /// Whether its time stamps came in bursts, several samples under one, and were spread evenly by the
     /// samples' number.
     pub stamps_spread: bool,
+    /// Standard uncertainty of its rate, as a share of it: of time stamps coarser than the clock behind them.
+    pub rate_u: f64,
 }
 
 impl Record {
@@ -81,6 +87,7 @@ impl Record {
             yaw_deg,
             measurand: Measurand::default(),
             stamps_spread: false,
+            rate_u: 0.0,
         }
     }
 
@@ -92,6 +99,7 @@ impl Record {
             yaw_deg,
             measurand: self.measurand.clone(),
             stamps_spread: self.stamps_spread,
+            rate_u: self.rate_u,
         }
     }
 
@@ -111,6 +119,18 @@ impl Record {
     /// With fewer than two samples; a record that was read has more.
     pub fn timing(&self) -> Timing {
         timing::measure(&self.time_s)
+    }
+
+    /// How many samples each value stands for, where most stand for several of them in a row.
+    pub fn repeats(&self) -> Option<usize> {
+        let runs: Vec<usize> = self.yaw_deg.chunk_by(|a, b| a == b).map(<[f64]>::len).collect();
+        // At the ends a run is cut.
+        let inner = runs.get(1..runs.len().checked_sub(1)?)?;
+        let mut sorted = inner.to_vec();
+        let times =
+            *sorted.get_mut(..).filter(|s| !s.is_empty())?.select_nth_unstable(inner.len() / 2).1;
+        let alike = inner.iter().filter(|run| **run % times == 0).count();
+        (times > 1 && alike as f64 > MOST_ALIKE * inner.len() as f64).then_some(times)
     }
 
     /// Standard deviation of white sample noise, in the record's unit, from the median of third differences;
@@ -155,5 +175,22 @@ impl Record {
         self.check_resampling(rate_hz)?;
         let (time_s, yaw_deg) = resample::uniform(&self.time_s, &self.yaw_deg, rate_hz);
         Ok(self.with(time_s, yaw_deg))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_stands_for_several_samples_where_all_do() {
+        let of = |value: fn(usize) -> f64| {
+            Record::new("r", (0..400).map(|k| k as f64).collect(), (0..400).map(value).collect())
+        };
+        assert_eq!(of(|k| ((k / 4) as f64 * 0.7).sin()).repeats(), Some(4));
+        // A coarse reading has any number of each.
+        assert_eq!(of(|k| (8.0 * (k as f64 * 0.05).sin()).round()).repeats(), None);
+        assert_eq!(of(|k| (k as f64 * 0.7).sin()).repeats(), None);
+        assert_eq!(of(|_| 1.0).repeats(), None);
     }
 }

@@ -8,19 +8,19 @@
 (6.0, 0.01)
 
 Angles are in degrees, times in seconds, natural frequencies in rad/s. A result has the names of the program's JSON as
-attributes; a quantity has ``.value`` and ``.u``, its standard uncertainty (k = 1). What a verb of the program calls
+attributes; a quantity is a number with ``.value`` and ``.u``, its standard uncertainty (k = 1). What a verb of the program calls
 ``--from-deg`` is ``from_deg=`` here. The numbers are those of the program, to the bit.
 """
 
 from ._native import YawrigError, __version__
 from ._model import Model
+from ._quantity import Quantity
 from ._record import Record, read
 from ._results import (
     Comparison,
     Derivatives,
     Diagnosis,
     Identification,
-    Quantity,
     Result,
     Simulated,
 )

@@ -8,15 +8,12 @@ from typing import Any, Dict, List, Optional, Union
 
 import numpy
 
-from . import _native
+from . import _arrays, _native
 
 
 def as_bytes(values: Any, what: str = "values") -> bytes:
     """Numbers of eight bytes each, of anything that numpy takes for numbers in a row."""
-    array = numpy.ascontiguousarray(values, dtype=numpy.float64)
-    if array.ndim != 1:
-        raise _native.YawrigError(f"{what} has {array.ndim} dimensions\n  help: give numbers in a row, shape (n,)")
-    return array.tobytes()
+    return _arrays.numbers(values, what).tobytes()
 
 
 def as_array(numbers: bytes) -> numpy.ndarray:
@@ -34,9 +31,9 @@ class Record:
     Parameters
     ----------
     time_s : array of shape (n,)
-        Seconds, increasing, from any origin.
+        Seconds, increasing, from any origin; or datetime64 or timedelta64 of any unit.
     angle_deg : array of shape (n,)
-        Angle in degrees as the sensor shows it, or what ``quantity`` and ``unit`` say.
+        Angle in degrees as the sensor shows it, or what ``quantity`` and ``unit`` say. What is masked or NaN is a gap.
     name : str
         What messages and results call it.
     quantity : "angle", "rate", "acceleration" or "displacement"
@@ -60,14 +57,35 @@ class Record:
         motion: Optional[str] = None,
     ) -> None:
         said, scale = _native.said(_selection(quantity=quantity, unit=unit, motion=motion))
-        time, angle = as_bytes(time_s, "time_s"), as_bytes(angle_deg, "angle_deg")
-        if scale != 1.0:
-            angle = as_bytes(as_array(angle) * scale)
+        time, angle = _arrays.numbers(time_s, "time_s"), _arrays.numbers(angle_deg, "angle_deg") * scale
         if len(time) != len(angle):
             raise _native.YawrigError(
-                f"{name}: {len(time) // 8} times and {len(angle) // 8} angles\n  help: give an angle for each time"
+                f"{name}: {len(time)} times and {len(angle)} angles\n  help: give an angle for each time"
             )
-        self._given = (name, time, angle, False, said)
+        known = ~(numpy.isnan(time) | numpy.isnan(angle))
+        if not known.any():
+            raise _native.YawrigError(f"{name}: all of its samples are masked or NaN\n  help: give those that were taken")
+        self._given = (name, time[known].tobytes(), angle[known].tobytes(), (False, 0.0), said)
+
+    @classmethod
+    def of_table(
+        cls,
+        table: Any,
+        name: str = "record",
+        *,
+        time: Optional[str] = None,
+        yaw: Optional[str] = None,
+        unit: Optional[str] = None,
+        time_unit: Optional[str] = None,
+        rate_hz: Optional[float] = None,
+        quantity: Optional[str] = None,
+        motion: Optional[str] = None,
+    ) -> "Record":
+        """The record in a DataFrame, or a Series with its times as the index: columns are found as in a file, see :func:`read`."""
+        selection = _selection(
+            time=time, yaw=yaw, unit=unit, time_unit=time_unit, rate_hz=rate_hz, quantity=quantity, motion=motion
+        )
+        return cls._of(_native.of_table(name, _arrays.columns(table), selection))
 
     @classmethod
     def _of(cls, given: _native.Given) -> "Record":
@@ -117,13 +135,7 @@ class Record:
     def releases(self) -> List["Record"]:
         """The releases in it, each a record: ``name#1``, ``name#2``, ...; itself where it holds one."""
         parts = _native.releases(self._given)
-        if len(parts) == 1:
-            return [self]
-        name, _, _, spread, said = self._given
-        return [
-            Record._of((f"{name}#{k + 1}", as_bytes(self.time_s[a:b]), as_bytes(self.values[a:b]), spread, said))
-            for k, (a, b) in enumerate(parts)
-        ]
+        return [self] if len(parts) == 1 else [Record._of(part) for part in parts]
 
     def __len__(self) -> int:
         return len(self._given[1]) // 8
@@ -153,7 +165,7 @@ def read(
         Channels, by name or by number from 1, where their names do not say what they are.
     unit : str
         Of the numbers: ``"deg"``, ``"rad/s"``, ``"mm"``.
-    time_unit : "s", "ms", "us" or "samples"
+    time_unit : "s", "ms", "us", "ns", "min", "h", "d" or "samples"
         Of the time.
     rate_hz : float
         Samples a second, where there is no time.

@@ -5,26 +5,14 @@ from __future__ import annotations
 import html
 import json
 from functools import cached_property
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional
+from typing import Any, Dict, Iterator, List, Optional
 
 import numpy
 
 from . import _native
 from ._model import Curves, Model
+from ._quantity import Quantity
 from ._record import Record
-
-
-class Quantity(NamedTuple):
-    """A value and its standard uncertainty (k = 1), both in the unit that the name says; u is None where there is none."""
-
-    value: Optional[float]
-    u: Optional[float]
-
-    def __float__(self) -> float:
-        return float("nan") if self.value is None else self.value
-
-    def __str__(self) -> str:
-        return f"{float(self):.6g} \u00b1 " + ("?" if self.u is None else f"{self.u:.2g}")
 
 
 class Fields:

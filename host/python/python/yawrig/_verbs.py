@@ -9,7 +9,7 @@ import warnings
 from pathlib import Path
 from typing import Any, Callable, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple, Union
 
-from . import _native
+from . import _arrays, _native
 from ._record import Record, read
 from ._results import Comparison, Derivatives, Diagnosis, Identification, Result, Simulated
 from ._trace import expression
@@ -74,7 +74,7 @@ class Effect:
 
 
 EffectLike = Union[str, "os.PathLike[str]", Effect]
-RecordLike = Union[Record, PathLike, Tuple[Any, Any]]
+RecordLike = Union[Record, PathLike, Tuple[Any, Any], Any]
 
 
 def _record(given: Any, name: str) -> Record:
@@ -82,13 +82,15 @@ def _record(given: Any, name: str) -> Record:
         return given
     if isinstance(given, (str, os.PathLike)):
         return read(given)
+    if _arrays.is_table(given) or _arrays.is_series(given):
+        return Record.of_table(given, name)
     time_s, angle_deg = given
     return Record(time_s, angle_deg, name)
 
 
 def _is_one(given: Any) -> bool:
     """Whether it is one record and not several: two arrays of numbers are a record's times and angles."""
-    if isinstance(given, (Record, str, os.PathLike)):
+    if isinstance(given, (Record, str, os.PathLike)) or _arrays.is_table(given) or _arrays.is_series(given):
         return True
     return isinstance(given, tuple) and len(given) == 2 and not any(
         isinstance(part, (Record, str, os.PathLike, tuple)) for part in given
@@ -175,8 +177,8 @@ def identify(
 
     Parameters
     ----------
-    time_s : array of shape (n,), or a Record, or a path
-        Times in seconds. Release, hold, end and offset are found in the record.
+    time_s : array of shape (n,), or a Record, a path, a DataFrame, or a Series with its times as the index
+        Times in seconds, or datetime64 or timedelta64. Release, hold, end and offset are found in the record.
     angle_deg : array of shape (n,)
         Angles in degrees.
     method : "least-squares", "conventional", "network" or "all"
