@@ -57,6 +57,19 @@ impl Quantity {
     }
 }
 
+/// A range from its lowest to its highest value, to a hundredth of it or finer; none where it is one value.
+///
+/// ```
+/// use yawrig_core::quantity::range_in_words;
+///
+/// assert_eq!(range_in_words([0.00734, 0.02581]).as_deref(), Some("0.0073 to 0.0258"));
+/// assert_eq!(range_in_words([0.0251, 0.0251]), None);
+/// ```
+pub fn range_in_words([low, high]: [f64; 2]) -> Option<String> {
+    let digits = (2.0 - (high - low).log10()).floor().clamp(0.0, 12.0) as usize;
+    (low < high).then(|| format!("{low:.digits$} to {high:.digits$}"))
+}
+
 /// Mean weighted by 1/u^2 of those whose uncertainty is known, of one value that value to the bit; `None`
 /// where nothing is known.
 pub(crate) fn weighted_mean(values: impl IntoIterator<Item = Quantity>) -> Option<Quantity> {

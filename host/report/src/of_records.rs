@@ -16,7 +16,9 @@ use yawrig_core::diagnosis::diagnose::{diagnose, Diagnosed, Grouping, Options};
 use yawrig_core::fit::at_amplitude::at_amplitudes;
 use yawrig_core::fit::fitting::{fit_plain_within, Fitted, Limit, Number, Structure};
 use yawrig_core::fit::free_decay::FreeDecay;
+use yawrig_core::identify::flag::Flag;
 use yawrig_core::identify::{self, identify, Method};
+use yawrig_core::quantity::range_in_words;
 use yawrig_core::record::{Record, Said};
 use yawrig_records::Selection;
 
@@ -152,8 +154,19 @@ fn estimate(estimate: &identify::Estimate, decay: &FreeDecay, zero_unknown: bool
         damping_ratio: estimate.damping_ratio,
         residual_rms_deg: Some(estimate.residual_rms_deg),
         residual_over_noise: Some(over_noise(decay, wn.value, zeta.value, zero_unknown)),
-        remarks: estimate.flags.iter().map(|f| f.reason().to_owned()).collect(),
+        remarks: estimate.flags.iter().map(|flag| remark(estimate, *flag)).collect(),
     }
+}
+
+/// What a flag says, and how far what changes with amplitude does so.
+fn remark(estimate: &identify::Estimate, flag: Flag) -> String {
+    let range = match flag {
+        Flag::AmplitudeDependentFrequency => estimate.natural_frequency_range_rad_s,
+        Flag::AmplitudeDependentDamping => estimate.damping_ratio_range,
+        _ => return flag.reason().to_owned(),
+    };
+    range_in_words(range)
+        .map_or(flag.reason().to_owned(), |range| format!("{}, which has {range}", flag.reason()))
 }
 
 fn release(

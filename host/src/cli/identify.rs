@@ -14,7 +14,8 @@ use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_core::identify::cycle::Cycle;
 use yawrig_core::identify::flag::Flag;
-use yawrig_core::identify::{identify, Identification, Method};
+use yawrig_core::identify::{identify, Identification, Method, WindowEstimate};
+use yawrig_core::quantity::{range_in_words, Quantity};
 use yawrig_core::record::Record;
 use yawrig_records::format;
 use yawrig_report::units::sized;
@@ -35,6 +36,9 @@ pub struct Identify {
     pub release: ReleaseArg,
     #[command(flatten)]
     pub analysis: AnalysisArgs,
+    /// Print every window of three cycles, not a dozen of them
+    #[arg(long)]
+    pub all_windows: bool,
     /// Draw wn and zeta of all records against amplitude into this file
     #[arg(long, value_name = "FILE.svg", conflicts_with_all = ["json", "csv", "jsonl", "out"])]
     pub plot: Option<PathBuf>,
@@ -117,13 +121,17 @@ impl Identify {
                 print(&batch::line(answer)?)
             })?
         } else {
-            let with_windows = files.len() == 1;
+            let most_windows = match (files.len(), self.all_windows) {
+                (_, true) => usize::MAX,
+                (1, false) => WINDOWS_SHOWN,
+                _ => 0,
+            };
             let mut trials = Trials::default();
             let tally = batch::in_order(&files, how, |answer| {
                 complain(&answer);
                 let Answer::Identified(found) = answer else { return Ok(()) };
                 trials.add(&found);
-                print(&table(&found, with_windows))
+                print(&table(&found, most_windows))
             })?;
             print(&trials.table())?;
             if let Some(file) = self.plot.as_ref().filter(|_| tally.identified > 0) {
@@ -161,7 +169,11 @@ impl Identify {
             let found = identify(record, methods, &settings)?;
             let first = &found.estimates[0];
             let (wn, zeta) = (first.natural_frequency_rad_s, first.damping_ratio);
-            let sentence = format!("natural frequency {wn} rad/s, damping ratio {zeta}");
+            let [of_wn, of_zeta] = [
+                with_range(wn, first.natural_frequency_range_rad_s),
+                with_range(zeta, first.damping_ratio_range),
+            ];
+            let sentence = format!("natural frequency {of_wn} rad/s, damping ratio {of_zeta}");
             let object =
                 Object { schema_version: SCHEMA_VERSION, records: vec![found], refused: vec![] };
             let drawn = Drawn::Identified(Box::new(records.remove(0)), [wn.value, zeta.value]);
@@ -231,8 +243,11 @@ fn complain(answer: &Answer) {
     }
 }
 
-/// What was found in a record, to be read.
-pub fn table(found: &Identification, with_windows: bool) -> String {
+/// Windows that a table of one record shows: as many as tell how wn and zeta go with amplitude.
+const WINDOWS_SHOWN: usize = 12;
+
+/// What was found in a record, to be read, with so many of its windows at most.
+pub fn table(found: &Identification, most_windows: usize) -> String {
     let mut text = String::new();
     let w = &found.window;
     let measurand = found.said.measurand();
@@ -263,8 +278,8 @@ pub fn table(found: &Identification, with_windows: bool) -> String {
     for estimate in &found.estimates {
         rows.add_row([
             name(estimate.method).to_owned(),
-            estimate.natural_frequency_rad_s.to_string(),
-            estimate.damping_ratio.to_string(),
+            with_range(estimate.natural_frequency_rad_s, estimate.natural_frequency_range_rad_s),
+            with_range(estimate.damping_ratio, estimate.damping_ratio_range),
             sized(&measurand, estimate.residual_rms_deg, 4),
         ]);
     }
@@ -282,11 +297,12 @@ pub fn table(found: &Identification, with_windows: bool) -> String {
         let _ = writeln!(text, " {} none: {}", name(missing.method), missing.reason);
     }
     text.push_str(&notes(found));
-    let windows = found.estimates.iter().find(|e| with_windows && !e.windows.is_empty());
+    let windows = found.estimates.iter().find(|e| most_windows > 0 && !e.windows.is_empty());
     if let Some(estimate) = windows {
         let amplitude = format!("amplitude ({})", measurand.coordinate_unit());
         let mut rows = bare(&["time (s)", &amplitude, "wn (rad/s)", "zeta"]);
-        for window in &estimate.windows {
+        let shown = shown(&estimate.windows, most_windows);
+        for window in &shown {
             rows.add_row([
                 format!("{:.3}", window.time_s),
                 sized(&measurand, window.amplitude_deg, 3),
@@ -295,8 +311,40 @@ pub fn table(found: &Identification, with_windows: bool) -> String {
             ]);
         }
         let _ = writeln!(text, "{}", rows.trim_fmt());
+        if shown.len() < estimate.windows.len() {
+            let (some, all) = (shown.len(), estimate.windows.len());
+            let _ = writeln!(text, "  {some} of {all} windows; --all-windows prints every one");
+        }
     }
     text
+}
+
+/// A value, and how far it changes over the window.
+fn with_range(value: Quantity, range: [f64; 2]) -> String {
+    match range_in_words(range) {
+        Some(range) => format!("{value} ({range})"),
+        None => value.to_string(),
+    }
+}
+
+/// So many of the windows at most, the nearest to evenly spaced logarithms of the amplitude.
+fn shown(windows: &[WindowEstimate], most: usize) -> Vec<&WindowEstimate> {
+    if windows.len() <= most {
+        return windows.iter().collect();
+    }
+    let ln = |w: &WindowEstimate| w.amplitude_deg.max(f64::MIN_POSITIVE).ln();
+    let all = || windows.iter().map(ln);
+    let (low, high) =
+        (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
+    let nearest = |k: usize| {
+        let at = high + (low - high) * k as f64 / (most - 1) as f64;
+        let off = |k: &usize| (ln(&windows[*k]) - at).abs();
+        (0..windows.len()).min_by(|a, b| off(a).total_cmp(&off(b)))
+    };
+    let mut places: Vec<usize> = (0..most).filter_map(nearest).collect();
+    places.sort_unstable();
+    places.dedup();
+    places.into_iter().map(|k| &windows[k]).collect()
 }
 
 /// What is to be known of a record and its estimates, a line each.

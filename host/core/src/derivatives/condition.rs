@@ -5,7 +5,7 @@ use super::campaign::{Campaign, ReleaseEntry};
 use super::repeats::{chi_squared, excess_scatter, mean, Mean};
 use crate::identify::flag::Flag;
 use crate::identify::uncertainty::Lacking;
-use crate::identify::{AtAmplitude, Identification};
+use crate::identify::{AtAmplitude, Identification, OneMode};
 use crate::quantity::Quantity;
 use serde::Serialize;
 use std::collections::HashMap;
@@ -51,17 +51,25 @@ impl Identified {
         }
     }
 
-    /// The first method's answer of an identification; `None` where no method had one.
+    /// The first method's answer of an identification, `None` where no method had one: its one mode over the
+    /// whole window, not the mean over it, since derivatives are those of a linear model, and the uncertainty
+    /// has to hold what that lacks.
     pub fn of(identification: Identification) -> Option<Self> {
         let window = identification.window;
         let estimate = identification.estimates.into_iter().next()?;
-        Some(Self {
+        let stored = || OneMode {
             natural_frequency_rad_s: estimate.natural_frequency_rad_s,
             damping_ratio: estimate.damping_ratio,
+            lacking: Lacking::default(),
+        };
+        let mode = estimate.one_mode.unwrap_or_else(stored);
+        Some(Self {
+            natural_frequency_rad_s: mode.natural_frequency_rad_s,
+            damping_ratio: mode.damping_ratio,
             from_s: window.from_s,
             to_s: window.to_s,
             flags: estimate.flags,
-            lacking: estimate.lacking,
+            lacking: mode.lacking,
             at_amplitude: estimate.at_amplitude,
         })
     }

@@ -187,10 +187,16 @@ pub struct AmplitudeWindow {
 pub struct Estimate {
     /// The method whose answer it is.
     pub method: Method,
-    /// Undamped; a mean over the window where it depends on the amplitude.
+    /// Undamped; where it changes over the window that of its mean cycle.
     pub natural_frequency_rad_s: Quantity,
-    /// Negative where the oscillation grows; a mean over the window where it depends on the amplitude.
+    /// Negative where the oscillation grows; where it changes over the window that of its mean cycle.
     pub damping_ratio: Quantity,
+    /// Lowest and highest over the window, by a smooth curve; twice the value where nothing changes.
+    #[serde(default)]
+    pub natural_frequency_range_rad_s: [f64; 2],
+    /// Lowest and highest over the window, by a smooth curve; twice the value where nothing changes.
+    #[serde(default)]
+    pub damping_ratio_range: [f64; 2],
     /// The same in the words of other fields.
     #[serde(flatten)]
     pub cycle: Cycle,
@@ -206,8 +212,20 @@ pub struct Estimate {
     /// Least standard deviations any unbiased method could reach in white noise of the residual's size.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cramer_rao: Option<Bound>,
-    /// What of the uncertainties is for a law that one mode lacks; not stored.
+    /// What one mode is over all of the window; not stored.
     #[serde(skip)]
+    pub one_mode: Option<OneMode>,
+}
+
+/// A method's one mode over all of the window, with uncertainties that hold how far wn and zeta change over
+/// it: of a linear model, whatever it lacks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OneMode {
+    /// Undamped.
+    pub natural_frequency_rad_s: Quantity,
+    /// Negative where the oscillation grows.
+    pub damping_ratio: Quantity,
+    /// What of the uncertainties is for a law that one mode lacks.
     pub lacking: Lacking,
 }
 

@@ -18,6 +18,9 @@ const CLEAR: f64 = 2.0;
 const SAME_PEAK: f64 = 0.1;
 /// Block means per cycle in which an oscillation is looked at.
 pub(super) const ENVELOPE_MEANS_PER_CYCLE: f64 = 24.0;
+/// Fewest samples of a cycle in which its amplitude is seen: two more than a sinusoid and a constant have
+/// numbers.
+pub(super) const ENVELOPE_SAMPLES: usize = 5;
 /// Points of the envelope per cycle.
 pub(crate) const POINTS_PER_CYCLE: usize = 8;
 
@@ -95,8 +98,11 @@ pub(crate) struct Point {
 
 /// Envelope of `means` at `frequency_rad_s`: a sinusoid and a constant fitted to each cycle, eight a cycle.
 /// Right to a few percent, also where the amplitude falls fast within the cycle. The first and last point lie
-/// half a cycle inside.
+/// half a cycle inside. Of no samples, as between two gaps, there is none.
 pub(crate) fn envelope(means: &Stretch<'_>, frequency_rad_s: f64) -> Vec<Point> {
+    if means.is_empty() {
+        return Vec::new();
+    }
     let period = TAU / frequency_rad_s;
     // Three unknowns need some samples more, also where a cycle has hardly five.
     let width = period.max(6.5 * means.step_s);
@@ -111,7 +117,7 @@ pub(crate) fn envelope(means: &Stretch<'_>, frequency_rad_s: f64) -> Vec<Point> 
             let from = begin + i as f64 * hop;
             let a = means.time_s.partition_point(|&t| t < from - 0.25 * means.step_s);
             let b = means.time_s.partition_point(|&t| t < from + width - 0.25 * means.step_s);
-            if b - a < 5 {
+            if b - a < ENVELOPE_SAMPLES {
                 return None;
             }
             let rows = phase[a..b].iter().zip(&means.yaw_deg[a..b]);

@@ -78,10 +78,10 @@ impl Flag {
             Flag::FewCycles => "fewer than six cycles",
             Flag::Grows => "the oscillation grows: negative damping",
             Flag::AmplitudeDependentDamping => {
-                "damping changes with amplitude; the value is a mean over the window, its uncertainty holds the change"
+                "damping changes with amplitude; the value is a mean over the window"
             }
             Flag::AmplitudeDependentFrequency => {
-                "frequency changes with amplitude; the value is a mean over the window, its uncertainty holds the change"
+                "frequency changes with amplitude; the value is a mean over the window"
             }
             Flag::ResidualAboveNoise => "one damped mode with these values does not explain the record to its noise",
             Flag::LowPassNotApplied => "the sampling rate is too low for the 10 Hz low-pass",

@@ -82,7 +82,7 @@ pub(crate) fn filled(record: &Record) -> Option<Filled> {
     }
     let (parting, filled): (Vec<Gap>, Vec<Gap>) =
         gaps.into_iter().partition(|gap| periods(gap) > LONGEST_FILLED);
-    let (from_s, to_s) = longest_swing(&samples, &parting, frequency);
+    let (from_s, to_s) = longest_swing(&samples, &parting, frequency)?;
     let filled: Vec<Gap> =
         filled.into_iter().filter(|gap| from_s <= gap.from_s && gap.to_s <= to_s).collect();
     let mut whole = record.with(Vec::new(), Vec::new());
@@ -102,8 +102,8 @@ pub(crate) fn filled(record: &Record) -> Option<Filled> {
     Some(Filled { record: whole, filled, parting })
 }
 
-/// What lies between the gaps of `record` that are too long to be filled, each named by its times; none
-/// where it has no such gap.
+/// What lies between the gaps of `record` that are too long to be filled, each named by its times, and is
+/// more than a few samples; none where it has no such gap.
 pub(crate) fn parts(record: &Record) -> Vec<Record> {
     let parting = filled(record).map_or(Vec::new(), |filled| filled.parting);
     if parting.is_empty() {
@@ -217,8 +217,9 @@ impl fmt::Display for Warning {
     }
 }
 
-/// First and last time between the gaps `parting` where there is most of a free decay: amplitude times time.
-fn longest_swing(samples: &Samples<'_>, parting: &[Gap], frequency: f64) -> (f64, f64) {
+/// First and last time between the gaps `parting` where there is most of a free decay, amplitude times time;
+/// none where nowhere between them is enough of one to see its amplitude.
+fn longest_swing(samples: &Samples<'_>, parting: &[Gap], frequency: f64) -> Option<(f64, f64)> {
     let all = samples.all();
     let last_s = all.time_s[all.len() - 1];
     let begins = std::iter::once(all.time_s[0]).chain(parting.iter().map(|gap| gap.to_s));
@@ -233,7 +234,8 @@ fn longest_swing(samples: &Samples<'_>, parting: &[Gap], frequency: f64) -> (f64
         }
     };
     let parts = begins.zip(ends).map(|part| (swing(&part), part));
-    parts.max_by(|a, b| a.0.total_cmp(&b.0)).expect("at least one part").1
+    let most = parts.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (most.0 > 0.0).then_some(most.1)
 }
 
 /// Samples inside `gap` at the record's own step.

@@ -16,12 +16,14 @@ pub mod least_squares;
 mod lowpass;
 pub(crate) mod network;
 pub(crate) mod outliers;
+mod over_window;
 pub(crate) mod pencil;
 mod prepared;
 pub(crate) mod release;
 pub mod samples;
 mod settings;
 pub mod several;
+mod smooth;
 mod trend;
 pub mod uncertainty;
 pub(crate) mod windows;
@@ -31,8 +33,8 @@ use crate::record::Record;
 
 pub(crate) use answer::FEWEST_CYCLES;
 pub use answer::{
-    AmplitudeWindow, AtAmplitude, Begin, End, Estimate, Identification, Refusal, Span, Unavailable,
-    WindowEstimate,
+    AmplitudeWindow, AtAmplitude, Begin, End, Estimate, Identification, OneMode, Refusal, Span,
+    Unavailable, WindowEstimate,
 };
 pub(crate) use prepared::{prepare, Prepared, Values};
 pub use settings::{Method, Settings};

@@ -3,21 +3,23 @@
 use super::answer::FEWEST_PER_CYCLE;
 use super::cycle::Cycle;
 use super::damped_sinusoid::{DampedSinusoid, Mode};
+use super::envelope::ENVELOPE_SAMPLES;
 use super::flag::Flag;
 use super::gaps::{self, Filled, Gap};
 use super::least_squares::{self, ModeFit};
 use super::outliers;
+use super::over_window::{self, OverWindow, Ranges};
 use super::release::{self, Amplitudes, FreeSpan};
 use super::samples::{Samples, Stretch};
-use super::uncertainty::{self, Bound, Lacking};
+use super::trend::{self, Trends};
+use super::uncertainty::{self, Bound, Lacking, Uncertainty};
 use super::windows::{self, Window};
-use super::{
-    trend, AmplitudeWindow, AtAmplitude, Estimate, Method, Refusal, Settings, WindowEstimate,
-};
+use super::{AmplitudeWindow, AtAmplitude, Estimate, Method, Refusal, Settings, WindowEstimate};
 use crate::quantity::Quantity;
 use crate::record::Record;
 use crate::statistics::{median, sample_noise};
 use std::f64::consts::TAU;
+use std::sync::OnceLock;
 
 /// Below this many cycles a flag says so.
 const FEW_CYCLES: f64 = 6.0;
@@ -45,6 +47,8 @@ pub(crate) struct Prepared<'a> {
     density: f64,
     /// One mode over the whole window.
     whole: Option<ModeFit>,
+    uncertainty: OnceLock<Option<Uncertainty>>,
+    over_window: OnceLock<Option<OverWindow>>,
 }
 
 /// A method's values, before they are compared with the record.
@@ -69,6 +73,9 @@ pub(crate) fn prepare<'a>(
     record: &'a Record,
     settings: &Settings,
 ) -> Result<Prepared<'a>, Refusal> {
+    if record.len() < ENVELOPE_SAMPLES {
+        return Err(Refusal::NoOscillation);
+    }
     let mut samples = Samples::new(&record.time_s, &record.yaw_deg);
     outliers::exclude_spikes(&mut samples);
     let amplitudes = Amplitudes::of(settings, &record.measurand);
@@ -90,7 +97,19 @@ pub(crate) fn prepare<'a>(
         return Err(Refusal::TooCoarse { per_cycle });
     }
     let whole = least_squares::fit_mode(&span.stretch(&samples), span.frequency_rad_s);
-    Ok(Prepared { record, samples, span, windows, settings: *settings, density, whole })
+    let (uncertainty, over_window) = (OnceLock::new(), OnceLock::new());
+    let settings = *settings;
+    Ok(Prepared {
+        record,
+        samples,
+        span,
+        windows,
+        settings,
+        density,
+        whole,
+        uncertainty,
+        over_window,
+    })
 }
 
 /// The free decay in `samples`, less what is wild in its windows, with these and the spectral density of what
@@ -213,10 +232,7 @@ impl Prepared<'_> {
         let Some(found) = &self.whole else {
             return self.of_windows().ok_or_else(|| "no mode could be fitted".into());
         };
-        let derivative = self.record.measurand.derivative();
-        let u = found
-            .uncertainty(&self.stretch(), derivative)
-            .ok_or("the fit leaves a parameter open")?;
+        let u = self.uncertainty().ok_or("the fit leaves a parameter open")?;
         let mode = &found.mode;
         Ok(Values {
             natural_frequency_rad_s: Quantity::new(
@@ -255,28 +271,30 @@ impl Prepared<'_> {
         })
     }
 
-    /// The estimate with what the record says about it: its residual, flags, and where wn or zeta change with
-    /// amplitude an uncertainty that holds the change, since one number then stands for many.
+    /// The estimate with what the record says about it: its residual, flags, and where one mode does not
+    /// explain it the mean over the window and how far wn and zeta change over it. Of windows too few for
+    /// that the uncertainty holds the change, since one number then stands for many.
     ///
     /// # Errors
     /// In words, where no oscillation has these values.
     pub(crate) fn judged(&self, method: Method, values: Values) -> Result<Estimate, String> {
-        let (mut wn, mut zeta) = (values.natural_frequency_rad_s, values.damping_ratio);
+        let trends = trend::of(&self.windows);
+        let one_mode = trends.holding(&values);
+        let over = self.over_window(&trends);
+        let (wn, zeta) = match (&over, method) {
+            (Some(over), Method::LeastSquares) => {
+                (over.natural_frequency_rad_s, over.damping_ratio)
+            }
+            (Some(_), _) => (values.natural_frequency_rad_s, values.damping_ratio),
+            (None, _) => (one_mode.natural_frequency_rad_s, one_mode.damping_ratio),
+        };
+        let ranges = over.map_or_else(|| self.ranges(&trends, wn, zeta), |over| over.ranges);
+        let [frequency_changes, damping_changes] = over.map_or([false; 2], |over| over.changes);
         let decay_rate = zeta.value * wn.value;
         let damped_frequency = (wn.value.powi(2) - decay_rate.powi(2)).sqrt();
         let mode = least_squares::linear_start(&self.stretch(), decay_rate, damped_frequency)
             .ok_or("no oscillation has its values")?;
         let misfit = self.misfit(&mode);
-        let trends = trend::of(&self.windows);
-        let mut lacking = values.lacking;
-        let spreads = [
-            (&mut wn.u, &mut lacking.natural_frequency_rad_s, trends.frequency),
-            (&mut zeta.u, &mut lacking.damping_ratio, trends.damping),
-        ];
-        for (u, lacking, spread) in spreads {
-            let more = spread.map_or(0.0, |spread| spread * spread - *u * *u).max(0.0).sqrt();
-            (*u, *lacking) = (u.hypot(more), lacking.hypot(more));
-        }
         let mut flags = values.flags;
         flags.extend(&self.span.flags);
         let tests = [
@@ -284,8 +302,8 @@ impl Prepared<'_> {
             (self.record.stamps_spread, Flag::StampsSpread),
             (self.samples.excluded() > 0, Flag::OutliersExcluded),
             (self.window().cycles < FEW_CYCLES, Flag::FewCycles),
-            (trends.frequency.is_some(), Flag::AmplitudeDependentFrequency),
-            (trends.damping.is_some(), Flag::AmplitudeDependentDamping),
+            (trends.frequency.is_some() || frequency_changes, Flag::AmplitudeDependentFrequency),
+            (trends.damping.is_some() || damping_changes, Flag::AmplitudeDependentDamping),
             (
                 misfit.above_noise && !self.is_explained_near(&misfit, wn, zeta),
                 Flag::ResidualAboveNoise,
@@ -298,14 +316,55 @@ impl Prepared<'_> {
             method,
             natural_frequency_rad_s: wn,
             damping_ratio: zeta,
+            natural_frequency_range_rad_s: ranges.natural_frequency_rad_s,
+            damping_ratio_range: ranges.damping_ratio,
             cycle: Cycle::of(wn, zeta),
             residual_rms_deg: misfit.rms_deg,
             windows: values.windows,
             at_amplitude: values.at_amplitude,
             flags,
             cramer_rao: values.cramer_rao,
-            lacking,
+            one_mode: Some(one_mode),
         })
+    }
+
+    /// Of the one mode over the whole window.
+    fn uncertainty(&self) -> Option<Uncertainty> {
+        let derivative = self.record.measurand.derivative();
+        let of = |whole: &ModeFit| whole.uncertainty(&self.stretch(), derivative);
+        *self.uncertainty.get_or_init(|| self.whole.as_ref().and_then(of))
+    }
+
+    /// Means over the window, where one mode does not do: where more than noise and what shakes a linear rig is
+    /// left of it, or wn or zeta change.
+    fn over_window(&self, trends: &Trends) -> Option<OverWindow> {
+        *self.over_window.get_or_init(|| {
+            let changes = trends.frequency.is_some() || trends.damping.is_some();
+            let does = |(whole, u): (&ModeFit, Uncertainty)| {
+                let is_noise = u.is_shaken || !self.misfit(&whole.mode).above_noise;
+                u.lacking == Lacking::default() && is_noise
+            };
+            if !changes && self.whole.as_ref().zip(self.uncertainty()).is_some_and(does) {
+                return None;
+            }
+            let derivative = self.record.measurand.derivative();
+            let ends = [self.span.from_s, self.span.to_s];
+            over_window::of(&self.samples, ends, &self.windows, derivative)
+        })
+    }
+
+    /// Of few windows: their own, of what changes.
+    fn ranges(&self, trends: &Trends, wn: Quantity, zeta: Quantity) -> Ranges {
+        let range = |changes: Option<f64>, value: f64, of: fn(&Window) -> f64| {
+            let windows = self.windows.iter().filter(|_| changes.is_some()).map(of);
+            windows.fold([value; 2], |[low, high], each| [low.min(each), high.max(each)])
+        };
+        Ranges {
+            natural_frequency_rad_s: range(trends.frequency, wn.value, |w| {
+                w.natural_frequency_rad_s
+            }),
+            damping_ratio: range(trends.damping, zeta.value, |w| w.damping_ratio),
+        }
     }
 
     /// Whether one mode explains the record, this method's values are its within their own uncertainty, and

@@ -18,12 +18,14 @@ pub struct Samples<'a> {
 }
 
 impl<'a> Samples<'a> {
-    /// `time_s` rising, as long as `yaw_deg`, at least two samples.
+    /// `time_s` rising, as long as `yaw_deg`. Of fewer than two samples the step is not a number.
     pub fn new(time_s: &'a [f64], yaw_deg: &'a [f64]) -> Self {
         assert_eq!(time_s.len(), yaw_deg.len());
-        assert!(time_s.len() >= 2);
-        let last = time_s.len() - 1;
-        let mean_step = (time_s[last] - time_s[0]) / last as f64;
+        let span_s = match time_s {
+            [first, .., last] => last - first,
+            _ => f64::NAN,
+        };
+        let mean_step = span_s / (time_s.len() as f64 - 1.0);
         let uniform = time_s.iter().enumerate().all(|(k, t)| {
             (t - time_s[0] - k as f64 * mean_step).abs() <= GRID_TOLERANCE * mean_step
         });
@@ -103,12 +105,17 @@ impl<'a> Stretch<'a> {
     pub(crate) fn is_empty(&self) -> bool {
         self.yaw_deg.is_empty()
     }
+    /// Of a stretch that has samples.
     pub(crate) fn start_s(&self) -> f64 {
         self.time_s[0]
     }
-    /// From the first sample to one step after the last.
+    /// From the first sample to one step after the last; of no samples no time.
     pub(crate) fn duration_s(&self) -> f64 {
-        self.time_s[self.len() - 1] - self.time_s[0] + self.step_s
+        match self.time_s {
+            [first, .., last] => last - first + self.step_s,
+            [_] => self.step_s,
+            [] => 0.0,
+        }
     }
     pub(crate) fn between(&self, from_s: f64, to_s: f64) -> Stretch<'a> {
         let a = self.time_s.partition_point(|&t| t < from_s);

@@ -1,6 +1,7 @@
 //! Whether wn or zeta changes with amplitude: the first sign of a missing effect.
 
 use super::windows::Window;
+use super::{OneMode, Values};
 
 /// How many standard uncertainties a slope must differ from zero: windows are few and their uncertainties
 /// estimates.
@@ -11,8 +12,25 @@ const SIGNIFICANT: f64 = 5.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Trends {
     /// rad/s.
-    pub(crate) frequency: Option<f64>,
-    pub(crate) damping: Option<f64>,
+    pub(super) frequency: Option<f64>,
+    pub(super) damping: Option<f64>,
+}
+
+impl Trends {
+    /// One mode with uncertainties that hold the spread over the windows of what changes with amplitude.
+    pub(super) fn holding(&self, values: &Values) -> OneMode {
+        let (mut wn, mut zeta) = (values.natural_frequency_rad_s, values.damping_ratio);
+        let mut lacking = values.lacking;
+        let spreads = [
+            (&mut wn.u, &mut lacking.natural_frequency_rad_s, self.frequency),
+            (&mut zeta.u, &mut lacking.damping_ratio, self.damping),
+        ];
+        for (u, lacking, spread) in spreads {
+            let more = spread.map_or(0.0, |spread| spread * spread - *u * *u).max(0.0).sqrt();
+            (*u, *lacking) = (u.hypot(more), lacking.hypot(more));
+        }
+        OneMode { natural_frequency_rad_s: wn, damping_ratio: zeta, lacking }
+    }
 }
 
 pub(super) fn of(windows: &[Window]) -> Trends {
@@ -67,6 +85,7 @@ mod tests {
                     damping_ratio: damping(amplitude_deg),
                     damping_ratio_u: 0.001,
                     noise_deg: 0.1,
+                    noise_near_deg: 0.1,
                     motion_deg: 5.0,
                 }
             })

@@ -35,6 +35,8 @@ pub struct Uncertainty {
     pub(crate) bound: Bound,
     /// What of both is for a law that one mode lacks.
     pub(crate) lacking: Lacking,
+    /// Whether something of both is for what shakes a rig.
+    pub(crate) is_shaken: bool,
     /// S(w) over the residual's variance: 1 for white noise, (1 + r)/(1 - r) at low frequency for lag-one
     /// correlation r.
     pub(crate) spectral_ratio: f64,
@@ -82,6 +84,7 @@ impl ModeFit {
                 natural_frequency_rad_s: law.natural_frequency_rad_s,
                 damping_ratio: law.damping_ratio,
             },
+            is_shaken: found.random.iter().any(|v| *v != 0.0),
             ..noise
         })
     }
@@ -157,6 +160,7 @@ pub(crate) fn of(
         damping_ratio: bound.damping_ratio * ratio.sqrt(),
         bound,
         lacking: Lacking::default(),
+        is_shaken: false,
         spectral_ratio: ratio,
     })
 }

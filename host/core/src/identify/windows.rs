@@ -41,6 +41,8 @@ pub(crate) struct Window {
     pub(crate) damping_ratio_u: f64,
     /// Standard deviation of the residual.
     pub(crate) noise_deg: f64,
+    /// Standard deviation of white noise as dense as the residuals of all windows are about the oscillation.
+    pub(crate) noise_near_deg: f64,
     /// Standard deviation of the angle.
     pub(crate) motion_deg: f64,
 }
@@ -130,6 +132,7 @@ pub(crate) fn windows(
         for window in &mut out {
             window.natural_frequency_u *= colour;
             window.damping_ratio_u *= colour;
+            window.noise_near_deg *= colour;
         }
     }
     (out, density)
@@ -202,6 +205,7 @@ fn window(stretch: &Stretch<'_>, found: &ModeFit) -> Option<Window> {
         damping_ratio: found.mode.damping_ratio(),
         damping_ratio_u: deviations.damping_ratio,
         noise_deg: found.fit.variance().sqrt(),
+        noise_near_deg: found.fit.variance().sqrt(),
         motion_deg: ((squares - sum * sum / n) / n).sqrt(),
     })
 }

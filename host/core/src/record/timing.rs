@@ -25,7 +25,11 @@ impl Timing {
 pub(super) fn measure(time_s: &[f64]) -> Timing {
     let mut steps: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let middle = steps.len() / 2;
-    let (_, &mut step_s, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
+    // One sample has no step.
+    let step_s = match steps.is_empty() {
+        true => f64::NAN,
+        false => *steps.select_nth_unstable_by(middle, f64::total_cmp).1,
+    };
     let squares: f64 = steps.iter().map(|step| (step - step_s) * (step - step_s)).sum();
     Timing {
         step_s,

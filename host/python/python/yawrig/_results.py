@@ -201,6 +201,8 @@ class Identification(Result):
 
     natural_frequency_rad_s: Quantity
     damping_ratio: Quantity
+    natural_frequency_range_rad_s: List[float]
+    damping_ratio_range: List[float]
     at_amplitude: List[Any]
 
     def _lookup(self, name: str) -> Any:
