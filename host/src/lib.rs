@@ -6,6 +6,7 @@ pub use yawrig_base::{say, warn};
 pub mod answer;
 mod batch;
 pub mod cli;
+mod commands;
 pub mod course;
 mod demo;
 mod doctor;

@@ -37,6 +37,7 @@ pub use file::{from_text, read};
 pub use prepared::Prepared;
 pub use program::{Program, State, MOST_PARAMETERS};
 pub use translate::{translate, Language};
+pub use units::Unit;
 
 use std::borrow::Cow;
 use std::f64::consts::TAU;

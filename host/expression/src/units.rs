@@ -95,6 +95,11 @@ impl Unit {
         Ok(Self(unit))
     }
 
+    /// The power of seconds in it.
+    pub fn seconds(&self) -> f64 {
+        self.0[0]
+    }
+
     fn combined(self, other: Self, sign: f64) -> Self {
         Self(std::array::from_fn(|k| self.0[k] + sign * other.0[k]))
     }

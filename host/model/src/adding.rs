@@ -43,7 +43,9 @@ pub fn add(data: &Data, inner: &JointFit, effect: Effect) -> Result<JointFit> {
     // From the inner model as well, the effect at zero: so that it cannot fit worse than the inner model.
     let without = |(inner, single): (&Fitted, &Fitted)| {
         let mut numbers = single.varied(&effect).expect("it has been added").to_vec();
-        numbers.iter_mut().take(2).for_each(|n| *n = 0.0);
+        // Its size, the two parts of a line, or the strength at each wind speed.
+        let sizes = effect.strengths().max(2);
+        numbers.iter_mut().take(sizes).for_each(|n| *n = 0.0);
         [&inner.parameters[..], &numbers].concat()
     };
     let zero: Vec<Vec<f64>> = inner.fits.iter().zip(&singles).map(without).collect();

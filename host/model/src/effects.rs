@@ -5,7 +5,8 @@ use std::path::Path;
 use std::sync::{Arc, LazyLock, Mutex};
 use yawrig_base::error::{Error, Result};
 use yawrig_core::effects::{Effect, MEASURED_LAW};
-use yawrig_expression::{is_file, OwnEffect};
+pub use yawrig_expression::is_file;
+use yawrig_expression::OwnEffect;
 use yawrig_text::nearest;
 
 /// An effect from the command line or a model file: an identifier, or the path of a file ending in `.toml`.
@@ -71,7 +72,7 @@ fn own(effect: OwnEffect) -> Effect {
 pub fn distinct(effects: Vec<Effect>) -> Result<Vec<Effect>> {
     let mut once: Vec<Effect> = Vec::new();
     for effect in effects {
-        match (once.iter().find(|other| **other == effect), &effect) {
+        match (once.iter().find(|other| **other == effect), effect.bare()) {
             (None, _) => once.push(effect),
             (Some(Effect::Own(a)), Effect::Own(b)) if a.text != b.text => {
                 return Err(Error::data(format!("two effects with the id \"{}\"", a.id))

@@ -21,6 +21,7 @@ pub mod plan;
 pub mod records;
 pub mod revise;
 pub mod side_by_side;
+pub mod sources;
 pub mod store;
 pub mod training;
 pub mod unfitted;

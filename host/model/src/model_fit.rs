@@ -223,6 +223,14 @@ pub fn held_against(model: &Model, recorded: &Recorded, share: f64) -> Result<Fi
             Error::data(what).help("its effects are per unit of that: make a model of this record")
         );
     }
+    let wind_m_s = decay.wind_speed_m_s;
+    if let Some(entry) = model.effects.iter().find(|e| !e.effect.is_known_at(wind_m_s)) {
+        let (path, effect) = (recorded.path.display(), &entry.effect);
+        let what = format!("{path}: {effect} has no coefficient at {wind_m_s} m/s");
+        return Err(Error::data(what).help(
+            "compare it with a record at one of the model's wind speeds, which its file lists",
+        ));
+    }
     let count = ((share * decay.yaw_rad.len() as f64) as usize).max(2);
     let modal = model.modal.get(&recorded.entry.condition).copied().unwrap_or_default();
     let mut limits: Vec<Limit> = Vec::new();

@@ -2,7 +2,7 @@
 
 mod raw;
 
-use super::{edits, effects};
+use super::{edits, effects, sources};
 use crate::document::{
     is_own, of_file, read_text, EffectEntry, MadeUnder, ModalEntry, Model, ParameterEntry,
     RecordEntry, DAMPING_RATIO, NATURAL_FREQUENCY, SCHEMA_VERSION,
@@ -112,6 +112,7 @@ impl Reader<'_> {
             }
             modal.insert(condition.get_ref().clone(), self.modal(entry)?);
         }
+        let winds = Model { records: records.clone(), ..Model::default() }.wind_speeds();
         let mut effects: Vec<EffectEntry> = Vec::new();
         for entry in &raw.effect {
             let id = entry.id.get_ref();
@@ -119,7 +120,7 @@ impl Reader<'_> {
                 let what = format!("{id} is in the model twice");
                 return Err(self.error(&entry.id.span(), what).help("delete one [[effect]]"));
             }
-            let effect = self.effect(entry, &raw.recorded.measurand())?;
+            let effect = self.effect(entry, &raw.recorded.measurand(), &winds)?;
             if raw.unknown_zero && effect.effect.moves_rest() {
                 let what = format!(
                     "{id} beside unknown_zero: a constant moment cannot be distinguished from it"
@@ -189,7 +190,12 @@ impl Reader<'_> {
         Ok(entry)
     }
 
-    fn effect(&self, raw: &RawEffect, measurand: &Measurand) -> Result<EffectEntry> {
+    fn effect(
+        &self,
+        raw: &RawEffect,
+        measurand: &Measurand,
+        winds_m_s: &[f64],
+    ) -> Result<EffectEntry> {
         let id = raw.id.get_ref();
         let effect = match &raw.definition {
             Some(definition) => {
@@ -214,6 +220,7 @@ impl Reader<'_> {
                 .error(&raw.id.span(), format!("{id} is random and cannot be simulated"))
                 .help("delete the entry; `yawrig diagnose` judges it by a filter"));
         }
+        let effect = self.sourced(&effect, raw, winds_m_s)?;
         let mut entry = EffectEntry::unfitted(effect.clone());
         for (name, parameter) in &raw.parameters {
             let known = effect.parameters();
@@ -251,6 +258,32 @@ impl Reader<'_> {
                 .help("free them and delete their bounds, or fix all"));
         }
         Ok(entry)
+    }
+
+    /// `effect` with the source that the entry gives it; where its wind speeds are not given, by those of the
+    /// records.
+    fn sourced(&self, effect: &Effect, raw: &RawEffect, winds_m_s: &[f64]) -> Result<Effect> {
+        let mut speeds = winds_m_s.to_vec();
+        if let Some(given) = &raw.wind_speeds_m_s {
+            speeds.clone_from(given.get_ref());
+            if speeds.iter().any(|v| !(v.is_finite() && *v >= 0.0))
+                || !speeds.windows(2).all(|v| v[0] < v[1])
+            {
+                return Err(self
+                    .error(&given.span(), "wind speeds rise from 0 (off) or more")
+                    .help("give each once, the lowest first"));
+            }
+        }
+        if let Some(given) = &raw.reference_wind_m_s {
+            let reference = *given.get_ref();
+            if !(reference.is_finite() && reference > 0.0) {
+                let what = "the reference wind speed is above 0";
+                return Err(self.error(&given.span(), what).help("give a speed with the wind on"));
+            }
+            speeds = vec![reference];
+        }
+        sources::sourced(effect, raw.source, &speeds)
+            .map_err(|e| self.error(&raw.id.span(), e.message).help(e.help))
     }
 
     fn law(&self, raw: &RawEffect) -> Result<Effect> {

@@ -5,7 +5,7 @@ use toml_edit::{
     ArrayOfTables, DocumentMut, InlineTable, Item, RawString, Table, TableLike, Value,
 };
 use yawrig_base::error::{Error, Result};
-use yawrig_core::effects::{Effect, MeasuredLaw, Part};
+use yawrig_core::effects::{Effect, MeasuredLaw, Part, Source};
 
 const HEADER: &str = "\
 # Second-order model of the yaw motion, b'' = -2 zeta wn r - wn^2 b, and the effects added to it; angles in rad,
@@ -67,17 +67,42 @@ impl Model {
         tables.retain(|t| self.effects.iter().any(|e| text_of(t, "id") == Some(e.effect.id())));
         for entry in &self.effects {
             let table = with_text(tables, "id", entry.effect.id());
-            if let Effect::Own(own) = &entry.effect {
+            self.write_source(table, &entry.effect);
+            if let Effect::Own(own) = entry.effect.bare() {
                 put(table, "definition", own.text.as_str());
             }
             if let Effect::Measured(law) = &entry.effect {
                 write_law(sub_table(table, "law", false), law);
             }
             let parameters = sub_table(table, "parameters", false);
+            parameters.retain(|name, _| entry.effect.parameters().iter().any(|p| p.name == name));
             for (known, value) in entry.effect.parameters().iter().zip(&entry.parameters) {
                 let unit = entry.effect.unit_in(&self.recorded.measurand(), &known.name);
                 value.write(parameters, &known.name, &unit);
             }
+        }
+    }
+}
+
+impl Model {
+    /// Where the strength comes from; of records without any wind nothing is said.
+    fn write_source(&self, table: &mut Table, effect: &Effect) {
+        let source = effect.source();
+        let is_told = source != Source::Mechanical || self.wind_speeds().iter().any(|v| *v > 0.0);
+        if is_told || table.contains_key("source") {
+            put(table, "source", source.name());
+        }
+        match &source {
+            Source::Aerodynamic { reference_m_s } => {
+                put(table, "reference_wind_m_s", *reference_m_s);
+            }
+            _ => drop(table.remove("reference_wind_m_s")),
+        }
+        match &source {
+            Source::EachWind { speeds_m_s } => {
+                put(table, "wind_speeds_m_s", Value::Array(speeds_m_s.iter().copied().collect()));
+            }
+            _ => drop(table.remove("wind_speeds_m_s")),
         }
     }
 }

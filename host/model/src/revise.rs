@@ -7,13 +7,16 @@ use crate::adding;
 use crate::document::{EffectEntry, Model};
 use crate::journal::{Action, JournalStep};
 use crate::model_fit::Data;
+use crate::sources::{self, AskedSource};
 pub(crate) use fit::opened;
 pub use fit::{fit, fit_to, fit_with_models, Wanted};
 use std::path::Path;
 use step::finish;
 pub(crate) use step::{Change, Current};
 pub use step::{Revision, RevisionRequest};
-use yawrig_base::error::{Error, Result};
+use yawrig_base::error::{Error, Exit, Result};
+use yawrig_base::interrupt;
+use yawrig_base::settings;
 use yawrig_core::effects::{Effect, MOST_OWN};
 use yawrig_text::nearest;
 
@@ -57,10 +60,54 @@ pub fn check_addable(model: &Model, effect: Effect) -> Result<()> {
 /// # Errors
 /// Exit 2 where it is in the model already or cannot be simulated; else as [`fit`].
 pub fn add(path: &Path, effect: Effect, asked: &RevisionRequest) -> Result<Revision> {
+    add_from(path, effect, None, asked)
+}
+
+/// As [`add`], from this source; without one, from that with which it predicts best what was held out, the
+/// rig unless another is better by a share that counts.
+///
+/// # Errors
+/// As [`add`]; exit 2 where the model's records do not tell of the wind, or the air cannot make it.
+pub fn add_from(
+    path: &Path,
+    effect: Effect,
+    source: Option<AskedSource>,
+    asked: &RevisionRequest,
+) -> Result<Revision> {
     let check = |model: &Model| check_addable(model, effect.clone());
     add_by(path, asked, check, |inner, data| {
-        Ok((effect.clone(), added(inner, data, effect.clone())?))
+        let speeds = inner.model.wind_speeds();
+        if let Some(source) = source {
+            let effect = sources::sourced(&effect, source, &speeds)?;
+            return Ok((effect.clone(), added(inner, data, effect)?));
+        }
+        let mut best = added(inner, data, effect.clone());
+        let mut from = effect.clone();
+        for (other, sourced) in others(&effect, AskedSource::Mechanical, &speeds) {
+            // One that cannot be fitted is not the one.
+            let Ok(found) = added(inner, data, sourced.clone()) else { continue };
+            if best.as_ref().map_or(true, |best| best.predicts_worse_than(&found)) {
+                yawrig_base::say!(
+                    "{effect} from the source \"{}\": it predicts better",
+                    other.setting()
+                );
+                (best, from) = (Ok(found), sourced);
+            }
+        }
+        interrupt::check()?;
+        Ok((from, best?))
     })
+}
+
+/// `effect` from each source but one, as far as it may be, in a model of records at several of these wind
+/// speeds.
+fn others<'a>(
+    effect: &'a Effect,
+    but: AskedSource,
+    speeds_m_s: &'a [f64],
+) -> impl Iterator<Item = (AskedSource, Effect)> + 'a {
+    let others = AskedSource::ALL.into_iter().filter(move |s| *s != but && speeds_m_s.len() > 1);
+    others.filter_map(|s| Some((s, sources::sourced(effect.bare(), s, speeds_m_s).ok()?)))
 }
 
 /// Adds the effect that `adding` finds beside a fitted model to the one at `path`, where `check` allows it.
@@ -76,6 +123,9 @@ pub(super) fn add_by(
     let inner = Current::fitted(&model, &data)?;
     let (effect, outer) = adding(&inner, &data)?;
     data.check_seen(&effect)?;
+    if outer.predicts_worse_than(&inner) {
+        worse(&inner, &outer, &data, &effect, asked)?;
+    }
     let step = JournalStep {
         added: Some(effect.id().into()),
         ..JournalStep::now(Action::Add, "", String::new())
@@ -91,6 +141,41 @@ pub(super) fn add_by(
             ..Change::to(&outer, &data)?
         },
     )
+}
+
+/// Says that `effect` makes the prediction of what was held out worse, and what would not.
+///
+/// # Errors
+/// Exit 6 where it is not to be kept all the same.
+fn worse(
+    inner: &Current,
+    outer: &Current,
+    data: &Data,
+    effect: &Effect,
+    asked: &RevisionRequest,
+) -> Result<()> {
+    let what = format!(
+        "with {effect} what was held out is predicted worse: {:.3} -> {:.3} times the noise",
+        inner.held_out_over_noise(),
+        outer.held_out_over_noise()
+    );
+    if asked.keep {
+        yawrig_base::warn!("{what}");
+        return Ok(());
+    }
+    let mut help = format!("to add it all the same: {}", settings::name("keep"));
+    let speeds = inner.model.wind_speeds();
+    for (source, other) in others(effect, AskedSource::from(&effect.source()), &speeds) {
+        // What cannot be fitted is no advice.
+        let Ok(other) = added(inner, data, other) else { continue };
+        if !other.predicts_worse_than(inner) {
+            let command = settings::command("add", &[effect.id()], &[(source.setting(), "")]);
+            let held_out = other.held_out_over_noise();
+            help = format!("{held_out:.3} times with `{command}`; {help}");
+        }
+    }
+    interrupt::check()?;
+    Err(Error::new(Exit::Quality, format!("{what}; nothing is changed")).help(help))
 }
 
 pub(super) fn added(inner: &Current, data: &Data, effect: Effect) -> Result<Current> {

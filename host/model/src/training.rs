@@ -33,7 +33,7 @@ pub fn augmented(source: &Source, asked: &[Asked]) -> Result<Option<Augmented>> 
     let Source { path, text } = source;
     let model = Model::parse(text, path)?;
     let effects = model.effect_values(path)?;
-    let augmented = Augmented::new(effects, wind_speed(&model, path)?);
+    let augmented = Augmented::new(effects, wind_speeds(&model, path)?);
     let augmented = augmented.and_then(|a| a.map(|a| a.asking(asked)).transpose());
     augmented.map_err(|e| {
         let message = format!("{}: {}", path.display(), e.message);
@@ -101,12 +101,17 @@ pub fn asked(source: &Source, name: &str, range: Option<[f64; 2]>) -> Result<Ask
     Ok(Asked { name: name.to_owned(), unit: parameter.unit.to_string(), range })
 }
 
-/// The wind speed of the model's records, which the user's own effects may depend on.
-fn wind_speed(model: &Model, path: &Path) -> Result<f64> {
+/// Whether its strength goes with the wind.
+fn knows_wind(effect: &Effect) -> bool {
+    effect.source() != yawrig_core::effects::Source::Mechanical
+}
+
+/// The wind speeds of the model's records that its effects may depend on.
+fn wind_speeds(model: &Model, path: &Path) -> Result<Vec<f64>> {
     let uses_wind = model
         .effects
         .iter()
-        .find(|e| matches!(&e.effect, Effect::Own(own) if own.program.uses_wind()));
+        .find(|e| matches!(e.effect.bare(), Effect::Own(own) if own.program.uses_wind()));
     let mut speeds: Vec<f64> =
         model.records.iter().filter_map(|r| Some(r.made_under.as_ref()?.wind_speed_m_s)).collect();
     speeds.sort_by(f64::total_cmp);
@@ -119,6 +124,7 @@ fn wind_speed(model: &Model, path: &Path) -> Result<f64> {
             speeds.len()
         ))
         .help("fit a model to the releases at one wind speed, and train on that")),
-        (_, speeds) => Ok(speeds.last().copied().unwrap_or(0.0)),
+        (_, speeds) if model.effects.iter().any(|e| knows_wind(&e.effect)) => Ok(speeds.to_vec()),
+        (_, speeds) => Ok(speeds.last().copied().into_iter().collect()),
     }
 }

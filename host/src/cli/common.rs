@@ -101,6 +101,15 @@ pub struct EffectsArg {
 }
 
 impl EffectsArg {
+    /// The user's own among them, each with its file.
+    ///
+    /// # Errors
+    /// As [`Self::effects`].
+    pub fn own_files(&self) -> Result<Vec<(Effect, String)>> {
+        let files = self.effects.iter().filter(|text| effects::is_file(text));
+        files.map(|file| Ok((effects::named(file)?, file.clone()))).collect()
+    }
+
     /// # Errors
     /// Exit 2 for an id that there is not, or too many own effects; exit 3 for a file that cannot be used.
     pub fn effects(&self) -> Result<Vec<Effect>> {

@@ -3,10 +3,12 @@
 use super::common::{
     bare, print_json, print_line, with_words, wrapped, EffectsArg, SCHEMA_VERSION,
 };
-use super::model::{print_revision, revised, summary, JudgeArgs, DEFAULT};
+use super::model::{revised, summary, JudgeArgs, DEFAULT};
 use super::releases::ReleaseArg;
 use crate::answer::{Answer, Drawn, OfRecord};
+use crate::commands::{self, new_model, Making, Words};
 use clap::Args;
+use serde::Serialize;
 use serde_json::json;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -19,6 +21,7 @@ use yawrig_model::comparison::{compare, compare_records, Compared, Comparison};
 use yawrig_model::document::is_model;
 use yawrig_model::revise::Revision;
 use yawrig_model::side_by_side::{side_by_side, Side};
+use yawrig_model::sources::AskedSource;
 use yawrig_report::units::sized;
 
 /// Compare a model with records and show where it fails.
@@ -74,16 +77,45 @@ impl Compare {
         }
         let revision = compare(&Comparison {
             model: model.clone(),
-            files,
+            files: files.clone(),
             reading: self.release.selection()?,
             effects: self.effects.effects()?,
             unknown_zero: self.judge.unknown_zero,
         })?;
+        let commands = self.commands(model.as_deref(), &files)?;
         if self.judge.json {
-            return print_revision(model.as_deref(), &revision, true);
+            let revision = revised(model.as_deref(), &revision);
+            return print_json(&Object { revision, commands });
         }
-        print_line(&text(model.as_deref(), &revision))
+        let mut text = text(model.as_deref(), &revision);
+        if !commands.is_empty() {
+            text = format!("{}\n\n{}", text.trim_end(), commands::lines(&commands));
+        }
+        print_line(&text)
     }
+
+    /// Which make the model with the effects that were tried.
+    fn commands(&self, model: Option<&Path>, files: &[PathBuf]) -> Result<Vec<Words>> {
+        let effects = self.effects.effects()?;
+        let making = Making {
+            files: if model.is_some() { &[] } else { files },
+            reading: &self.release.selection()?,
+            unknown_zero: self.judge.unknown_zero,
+            model: model.map_or_else(new_model, Path::to_owned),
+            own: &self.effects.own_files()?,
+        };
+        let added = effects.iter().map(|e| (e.id(), AskedSource::Mechanical));
+        let added: Vec<_> = added.collect();
+        Ok(if added.is_empty() { Vec::new() } else { making.commands(&added) })
+    }
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Object<'a> {
+    #[serde(flatten)]
+    revision: super::model::Object<'a>,
+    commands: Vec<Words>,
 }
 
 impl Compare {

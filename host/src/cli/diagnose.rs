@@ -12,6 +12,7 @@ use super::model::{JudgeArgs, DEFAULT};
 use super::releases::ReleaseArg;
 use super::roll::RollArgs;
 use crate::answer::{Answer, Drawn};
+use crate::commands::{self, new_model, Making, Words};
 use case::{beside, one, several, Case};
 use clap::Args;
 use json::object;
@@ -21,7 +22,7 @@ use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
 use yawrig_campaign::CampaignFile;
 use yawrig_core::diagnosis::diagnose::{
-    diagnose, name_of, Common, Diagnosis, Grouping, Options, Status,
+    diagnose, name_of, Common, Diagnosis, Grouping, Options, Status, SECOND_ORDER,
 };
 use yawrig_core::record::Record;
 use yawrig_model::document::{is_model, Model};
@@ -86,6 +87,7 @@ pub struct Diagnose {
 impl Diagnose {
     pub fn run(&self) -> Result<()> {
         let outcome = self.judged(self.case()?, !self.csv)?;
+        let outcome = Outcome { commands: self.commands(&outcome)?, ..outcome };
         let diagnosis = &outcome.diagnosed.diagnosis;
         if self.csv {
             return csv::diagnosed(&outcome.name(), diagnosis);
@@ -112,6 +114,9 @@ impl Diagnose {
         if let Some(law) = outcome.law.and_then(|found| law::in_short(&found, &files, &measure)) {
             text += &format!("\n\n{law}");
         }
+        if !outcome.commands.is_empty() {
+            text += &format!("\n\n{}", commands::lines(&outcome.commands));
+        }
         print_line(&text)
     }
 
@@ -121,17 +126,42 @@ impl Diagnose {
     /// # Errors
     /// As [`Self::run`].
     pub fn answer(&self, records: Vec<Record>) -> Result<Answer> {
-        let case = match records.is_empty() {
+        let from_files = records.is_empty();
+        let case = match from_files {
             true => self.case()?,
             false => Case::Records(records, self.beside_model(self.options()?)?),
         };
         let outcome = self.judged(case, true)?;
+        let commands = if from_files { self.commands(&outcome)? } else { Vec::new() };
+        let outcome = Outcome { commands, ..outcome };
         let d = &outcome.diagnosed.diagnosis;
         let answer = Answer::new(&object(&outcome, &[]), d.verdict(outcome.model))?;
         Ok(match outcome.records.is_empty() {
             true => answer,
             false => answer.drawn_from(Drawn::Diagnosed(outcome.records, outcome.diagnosed.into())),
         })
+    }
+
+    /// Which make the model of the answer about files.
+    fn commands(&self, outcome: &Outcome) -> Result<Vec<Words>> {
+        let is_beside = self.model.is_some() || outcome.model != SECOND_ORDER;
+        let (files, reading) = (self.release.of(&self.files)?, self.release.selection()?);
+        let model = match (&self.model, &files[..]) {
+            (Some(model), _) => model.clone(),
+            (None, [file]) if is_model(file) => file.clone(),
+            (None, []) => PathBuf::from(DEFAULT),
+            _ => new_model(),
+        };
+        let is_there = is_beside || files.iter().any(|file| is_model(file)) || files.is_empty();
+        let d = &outcome.diagnosed.diagnosis;
+        let making = Making {
+            files: if is_there { &[] } else { &files },
+            reading: &reading,
+            unknown_zero: outcome.zero_unknown || outcome.campaign.is_none() && d.about_rest,
+            model,
+            own: &self.effects.own_files()?,
+        };
+        Ok(making.of_diagnosis(d, outcome.law.as_ref().is_some_and(|l| !l.measured.law.is_none())))
     }
 
     fn options(&self) -> Result<Options> {
@@ -239,7 +269,8 @@ impl Diagnose {
         };
         let model = name_of(&options.present.effects);
         let zero_unknown = options.zero_unknown;
-        Ok(Outcome { records, campaign, diagnosed, law, zero_unknown, model, seconds })
+        let commands = Vec::new();
+        Ok(Outcome { records, campaign, diagnosed, law, zero_unknown, model, seconds, commands })
     }
 }
 

@@ -6,6 +6,7 @@ use super::roll;
 use std::fmt::Write as _;
 use yawrig_core::derivatives::table::Point;
 use yawrig_core::diagnosis::diagnose::{BeforeAndAfter, Diagnosis, HeldOut, Step};
+use yawrig_core::diagnosis::wind::{Dimensionless, GrowsAs};
 use yawrig_core::effects::Effect;
 use yawrig_core::quantity::Quantity;
 use yawrig_core::record::Measurand;
@@ -56,6 +57,7 @@ pub fn of(name: &str, d: &Diagnosis, model: &str) -> String {
             d.sharing.get(id).copied().unwrap_or_default(),
             coefficient_rows(d, id)
         );
+        out.push_str(&in_wind(d, id));
     }
     let _ = writeln!(out, "\n{}", candidate_rows(d, model));
     for refusal in d.refusals() {
@@ -84,6 +86,23 @@ pub fn of(name: &str, d: &Diagnosis, model: &str) -> String {
     }
     d.effects.iter().for_each(|effect| out.push_str(&card(effect.clone())));
     out.truncate(out.trim_end().len());
+    out
+}
+
+/// How an effect's coefficient goes with the wind, and the dimensionless derivative that it is.
+fn in_wind(d: &Diagnosis, id: &str) -> String {
+    let mut out = String::new();
+    if let Some(grows) = d.grows_as.get(id) {
+        let GrowsAs { power, chi_squared, degrees } = grows;
+        let holds = if grows.holds() { "holds" } else { "does not hold" };
+        let _ = writeln!(
+            out,
+            "  that it goes with V^{power} {holds}: chi squared {chi_squared:.1} of {degrees} degrees of freedom"
+        );
+    }
+    if let Some(Dimensionless { name, quantity }) = d.dimensionless.get(id) {
+        let _ = writeln!(out, "  {name} = {quantity} about the middle axis");
+    }
     out
 }
 

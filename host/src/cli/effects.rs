@@ -6,6 +6,8 @@ use clap::Args;
 use serde_json::json;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::effects::MEASURED_LAW;
+use yawrig_model::revise::RevisionRequest;
+use yawrig_model::sources::AskedSource;
 use yawrig_model::{effects, measured, revise, unfitted};
 
 /// Add an effect to the model and fit it
@@ -19,7 +21,38 @@ pub struct Add {
     #[arg(long)]
     pub may_drive: bool,
     #[command(flatten)]
+    pub source: SourceArgs,
+    /// Keep it though with it what was held out is predicted worse
+    #[arg(long)]
+    pub keep: bool,
+    #[command(flatten)]
     pub step: StepArgs,
+}
+
+/// Where the effect's strength comes from, in a model of a campaign
+#[derive(Args, Debug, Clone)]
+#[group(multiple = false)]
+pub struct SourceArgs {
+    /// From the rig: one coefficient whatever the wind [default: what predicts best]
+    #[arg(long)]
+    pub mechanical: bool,
+    /// From the air: none with the wind off, and a power of the wind speed by the coefficient's dimension
+    #[arg(long)]
+    pub aerodynamic: bool,
+    /// A coefficient of its own at each wind speed of the model's records
+    #[arg(long)]
+    pub each_wind: bool,
+}
+
+impl SourceArgs {
+    fn asked(&self) -> Option<AskedSource> {
+        let all = [
+            (self.mechanical, AskedSource::Mechanical),
+            (self.aerodynamic, AskedSource::Aerodynamic),
+            (self.each_wind, AskedSource::EachWind),
+        ];
+        all.into_iter().find_map(|(is_asked, source)| is_asked.then_some(source))
+    }
 }
 
 /// Take an effect out of the model and fit what is left
@@ -65,11 +98,16 @@ pub struct StepArgs {
 impl Add {
     pub fn run(&self) -> Result<()> {
         let StepArgs { why, model, json } = &self.step;
-        let asked = asked(why.as_deref());
+        let asked = RevisionRequest { keep: self.keep, ..asked(why.as_deref()) };
+        let source = self.source.asked();
         let revision = if self.effect == MEASURED_LAW {
+            if source.is_some_and(|source| source != AskedSource::Mechanical) {
+                return Err(Error::usage("measured_law with a source")
+                    .help("leave it out: a law is measured as one of the rig"));
+            }
             measured::add(&model.model, !self.may_drive, &asked)?
         } else {
-            revise::add(&model.model, effects::named(&self.effect)?, &asked)?
+            revise::add_from(&model.model, effects::named(&self.effect)?, source, &asked)?
         };
         print_revision(Some(&model.model), &revision, *json)
     }

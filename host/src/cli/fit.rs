@@ -40,7 +40,7 @@ impl Fit {
     /// # Errors
     /// As [`Self::run`].
     pub fn answer(&self, command: String) -> Result<Answer> {
-        let asked = RevisionRequest { command, why: None };
+        let asked = RevisionRequest { command, ..RevisionRequest::default() };
         let (revision, fits) = revise::fit_with_models(&self.model.model, &self.wanted()?, &asked)?;
         let a = &revision.appraisal;
         let sentence = format!(

@@ -5,20 +5,24 @@ use super::model::amplitude_rows;
 use super::releases::ReleaseArg;
 use super::roll::{self, RollArgs};
 use crate::answer::Answer;
-use crate::flags;
+use crate::commands::{self, new_model, Making, Words};
+use crate::flags::{self, Flags};
 use clap::Args;
 use serde_json::json;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::Result;
+use yawrig_base::settings::Spelling;
+use yawrig_core::effects::MEASURED_LAW;
 use yawrig_core::law::names::Name;
 use yawrig_core::law::tables::Point;
 use yawrig_core::record::Record;
 use yawrig_core::roll::RollDecay;
-use yawrig_model::document::Model;
+use yawrig_model::document::{is_model, Model};
 use yawrig_model::law::{self, File, LawAnswer};
 use yawrig_model::model_fit::Data;
 use yawrig_model::revise::quoted;
+use yawrig_model::sources::AskedSource;
 use yawrig_records::Selection;
 use yawrig_report::units::sized;
 
@@ -59,14 +63,57 @@ impl Law {
         let found = self.found(law::read(&given, &reading)?)?;
         let roll = self.roll_decay(&found)?;
         let files = written(&found, self.out.as_deref())?;
+        let commands = self.commands(&found, &given, &files)?;
         if self.json {
-            return print_json(&with_roll(object(&found, &files), roll));
+            let mut object = with_roll(object(&found, &files), roll);
+            object["commands"] = json!(commands);
+            return print_json(&object);
         }
         let mut text = text(&found, &files, &command(&given, &reading, self.may_drive));
         if let Some(decay) = roll {
             text += &format!("\n{}", roll::text(&decay, &found.measurand));
         }
+        if !commands.is_empty() {
+            text = format!("{}\n\n{}", text.trim_end(), commands::lines(&commands));
+        }
         print_line(text.trim_end())
+    }
+
+    /// Which make the model with the best formula, or where none could be fitted, with the law as measured.
+    fn commands(
+        &self,
+        found: &LawAnswer,
+        given: &[PathBuf],
+        files: &[PathBuf],
+    ) -> Result<Vec<Words>> {
+        if found.measured.law.is_none() {
+            return Ok(Vec::new());
+        }
+        let reading = self.release.selection()?;
+        let is_there = matches!(given, [file] if is_model(file));
+        let making = Making {
+            files: if is_there { &[] } else { given },
+            reading: &reading,
+            unknown_zero: false,
+            model: if is_there { given[0].clone() } else { new_model() },
+            own: &[],
+        };
+        let folder = PathBuf::from(FOLDER);
+        let best = files.first().cloned();
+        let unwritten = || found.files(&folder).into_iter().next().map(|file| file.path);
+        let added = best.clone().or_else(unwritten);
+        let added = added.map_or(MEASURED_LAW.to_owned(), |file| file.display().to_string());
+        let mut all = making.commands(&[(&added, AskedSource::Mechanical)]);
+        // The formulas' files, where they are not written yet.
+        if best.is_none() && added != MEASURED_LAW {
+            let mut law = vec!["yawrig".to_owned(), "law".to_owned()];
+            law.extend(given.iter().map(|file| file.display().to_string()));
+            law.extend(making.reading_words());
+            law.extend(self.may_drive.then(|| Flags.name("may_drive")));
+            law.extend([Flags.name("out"), FOLDER.to_owned()]);
+            all.insert(0, law);
+        }
+        Ok(all)
     }
 
     fn found(&self, (model, data): (Model, Data)) -> Result<LawAnswer> {

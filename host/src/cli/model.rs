@@ -39,7 +39,11 @@ pub struct JudgeArgs {
 pub fn asked(why: Option<&str>) -> RevisionRequest {
     let words: Vec<String> =
         std::env::args_os().skip(1).map(|word| quoted(&word.to_string_lossy())).collect();
-    RevisionRequest { command: format!("yawrig {}", words.join(" ")), why: why.map(str::to_owned) }
+    RevisionRequest {
+        command: format!("yawrig {}", words.join(" ")),
+        why: why.map(str::to_owned),
+        keep: false,
+    }
 }
 
 #[derive(Serialize)]

@@ -129,7 +129,7 @@ impl<'a> Riddle<'a> {
                 false => format!("explained by {}", named.join(", ")),
             }
         ))?;
-        let step = |command: String| RevisionRequest { command, why: None };
+        let step = |command: String| RevisionRequest { command, ..RevisionRequest::default() };
         let command = format!("yawrig fit {} --model {}", first.display(), model.display());
         let wanted = Wanted { files: vec![first], ..Wanted::default() };
         let fitted = revise::fit(&model, &wanted, &step(command.clone()))?;

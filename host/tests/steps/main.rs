@@ -1,5 +1,6 @@
 //! The program's verbs, and the libraries behind them, step by step.
 
+mod by_hand;
 mod campaign;
 mod campaign_diagnosis;
 mod damped_sinusoid;
@@ -16,5 +17,6 @@ mod orders;
 mod own_effect;
 mod several;
 mod simulate;
+mod sources;
 mod train;
 mod two_integrators;

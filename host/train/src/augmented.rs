@@ -50,7 +50,8 @@ pub struct Asked {
 pub struct Augmented {
     /// Each with its numbers as users read and write them.
     effects: Vec<(Effect, Vec<f64>)>,
-    wind_speed_m_s: f64,
+    /// One of these is drawn for each release; none: off.
+    wind_speeds_m_s: Vec<f64>,
     /// Numbers that are drawn, each by the places of its effect and of the number among the effect's.
     asked: Vec<([usize; 2], Asked)>,
 }
@@ -64,13 +65,15 @@ pub struct Response {
 }
 
 impl Augmented {
-    /// The `effects` with their numbers, in the units and order of [`Effect::parameters`], at a wind speed
-    /// that the user's own may depend on; `None` where there is none and the response is of second order
-    /// alone.
+    /// The `effects` with their numbers, in the units and order of [`Effect::parameters`], at the wind speeds
+    /// that they may depend on; `None` where there is none and the response is of second order alone.
     ///
     /// # Errors
     /// Exit 2 for what a network cannot be trained on.
-    pub fn new(effects: Vec<(Effect, Vec<f64>)>, wind_speed_m_s: f64) -> Result<Option<Self>> {
+    pub fn new(
+        effects: Vec<(Effect, Vec<f64>)>,
+        wind_speeds_m_s: Vec<f64>,
+    ) -> Result<Option<Self>> {
         if effects.is_empty() {
             return Ok(None);
         }
@@ -82,7 +85,7 @@ impl Augmented {
                 .help("train without it: the device's mean over its windows averages it"));
             }
         }
-        let augmented = Self { effects, wind_speed_m_s, asked: Vec::new() };
+        let augmented = Self { effects, wind_speeds_m_s, asked: Vec::new() };
         augmented.ids().ok_or_else(|| {
             Error::usage("the identifiers of its effects do not fit a network's file")
                 .help("give your own effects shorter ids: all together 96 characters at most")
@@ -159,11 +162,16 @@ impl Augmented {
         if effects.iter().any(|(effect, varied)| effect.resonates(varied, wn)) {
             return None;
         }
+        let wind_speed_m_s = match &self.wind_speeds_m_s[..] {
+            [] => 0.0,
+            [only] => *only,
+            all => all[random.random_range(0..all.len())],
+        };
         let [low, high] = AMPLITUDE_DEG.map(f64::ln);
         let amplitude_deg = (low + (high - low) * random.random::<f64>()).exp();
         let mut phase = || TAU * random.random::<f64>();
         let (sin, cos) = phase().sin_cos();
-        let mut terms = Terms::in_wind(self.wind_speed_m_s);
+        let mut terms = Terms::in_wind(wind_speed_m_s);
         // A release comes upon a periodic moment and rings a second mode at any phase.
         let lines = Effect::ALL.into_iter().filter(Effect::is_line);
         let turns: Vec<(Effect, f64)> = lines.map(|line| (line, phase())).collect();

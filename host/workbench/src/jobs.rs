@@ -13,6 +13,7 @@ use std::slice::from_ref;
 use std::sync::Arc;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
+use yawrig_base::settings;
 use yawrig_core::diagnosis::diagnose::{self, Diagnosed, Grouping, SECOND_ORDER};
 use yawrig_core::effects::{Effect, MEASURED_LAW};
 use yawrig_core::record::Record;
@@ -54,6 +55,7 @@ impl Taken {
         RevisionRequest {
             command: format!("yawrig {words}{model}{reason} # workbench"),
             why: why.map(str::to_owned),
+            keep: false,
         }
     }
 
@@ -139,9 +141,14 @@ fn run(app: &Arc<App>, job: &Job) -> Result<String> {
     let named = |id: &str| app.session().effect(id);
     match job {
         Job::Fit => taken.fit().map(|r| said("fitted", &r)),
-        Job::Add { effect, why, may_drive } => {
+        Job::Add { effect, why, may_drive, source, keep } => {
             let drives = if *may_drive { " --may-drive" } else { "" };
-            let asked = taken.asked(&format!("add {}{drives}", quoted(effect)), why.as_deref());
+            let from = source.map_or_else(String::new, |source| {
+                format!(" {}", settings::name(source.setting()))
+            });
+            let kept = if *keep { " --keep" } else { "" };
+            let words = format!("add {}{drives}{from}{kept}", quoted(effect));
+            let asked = RevisionRequest { keep: *keep, ..taken.asked(&words, why.as_deref()) };
             let revision = if effect == MEASURED_LAW {
                 taken.begun()?;
                 measured::add(&taken.path, !may_drive, &asked)?
@@ -154,7 +161,7 @@ fn run(app: &Arc<App>, job: &Job) -> Result<String> {
                     // The journal's command reads it.
                     file.write()?;
                 }
-                revise::add(&taken.path, effect, &asked)?
+                revise::add_from(&taken.path, effect, *source, &asked)?
             };
             Ok(said(&format!("added {effect}"), &revision))
         }
@@ -293,10 +300,7 @@ fn together(app: &Arc<App>, taken: &Taken) -> Result<String> {
     let decay = loaded[0].decay.as_ref().map_err(Clone::clone)?;
     let mut options =
         options(taken.standing.model.as_deref(), decay, taken.unknown_zero, &taken.own)?;
-    if sources.iter().any(|s| s.wind_speed_m_s != decay.wind_speed_m_s) {
-        // The judgement knows one wind for all of them, or none.
-        options.wind_speed_m_s = 0.0;
-    }
+    options.wind_speeds_m_s = sources.iter().map(|s| s.wind_speed_m_s).collect();
     let records: Vec<Record> = loaded.iter().map(|loaded| loaded.record.clone()).collect();
     let found = diagnose::diagnose(&records, &Grouping::default(), &options)?.diagnosis;
     let text = found.verdict(presented(&taken.standing));

@@ -244,6 +244,7 @@ pub fn options(
         own: own.to_vec(),
         present: model.map(structure).transpose()?.unwrap_or_default(),
         wind_speed_m_s: decay.wind_speed_m_s,
+        wind_speeds_m_s: Vec::new(),
         stop: interrupt::stop(),
     })
 }

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt::Task;
 use yawrig_core::effects::MEASURED_LAW;
+use yawrig_model::sources::AskedSource;
 
 /// Longest sleep of the worker's thread.
 const NAP: Duration = Duration::from_millis(200);
@@ -24,6 +25,12 @@ pub enum Job {
         /// Of a measured law: its damping may put energy in.
         #[serde(default)]
         may_drive: bool,
+        /// In a model of a campaign: where its strength comes from; by itself what predicts best.
+        #[serde(default)]
+        source: Option<AskedSource>,
+        /// Though with it what was held out is predicted worse.
+        #[serde(default)]
+        keep: bool,
     },
     Remove {
         effect: String,

@@ -89,7 +89,7 @@ pub struct Scatter {
 }
 
 /// Wind speeds closer than this, relative, are one condition.
-const SAME_SPEED: f64 = 0.02;
+pub(crate) const SAME_SPEED: f64 = 0.02;
 
 /// Whether two wind speeds in m/s are the same setting; off is only the same as off.
 pub fn is_same_speed(a: f64, b: f64) -> bool {

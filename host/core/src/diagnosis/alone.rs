@@ -1,7 +1,7 @@
 //! The releases of a rig, each judged by itself, and what their answers say together.
 
 use crate::at_once::AtOnce;
-use crate::diagnosis::answer::{Candidate, Diagnosed, Options};
+use crate::diagnosis::answer::{Candidate, Diagnosed, Options, Status};
 use crate::diagnosis::one::of_one;
 use crate::effects::Effect;
 use crate::error::Result;
@@ -24,7 +24,10 @@ impl Alone {
         decays: &[FreeDecay],
         options: &Options,
     ) -> Result<Self> {
-        let one = |&i: &usize| of_one(&records[i], decays[i].clone(), options);
+        let one = |&i: &usize| {
+            let options = options.in_wind(decays[i].wind_speed_m_s);
+            of_one(&records[i], decays[i].clone(), &options)
+        };
         let answers = which.iter().map_at_once(one).collect::<Result<_>>()?;
         Ok(Self { which, answers })
     }
@@ -58,6 +61,12 @@ impl Alone {
             let inside: Vec<usize> = (0..self.which.len()).filter(|&k| is_on(k) == on).collect();
             2 * inside.iter().filter(|&&k| self.names(k, effect)).count() > inside.len()
         })
+    }
+
+    /// Where every release judged is adequate by itself, the same.
+    pub(crate) fn adequate(&self) -> Option<Status> {
+        let is = |answer: &Diagnosed| answer.diagnosis.status == Status::Adequate;
+        self.answers.iter().all(is).then_some(Status::Adequate)
     }
 
     /// Pairs of one of `effects` and another that none of the releases distinguishes which name either.

@@ -4,9 +4,12 @@ use crate::derivatives::table::Point;
 use crate::diagnosis::compare::Where;
 pub use crate::diagnosis::origin::Condition;
 use crate::diagnosis::origin::Origin;
+use crate::diagnosis::wind::{Dimensionless, GrowsAs};
 use crate::effects::Effect;
 use crate::fit::at_amplitude::AtAmplitude;
-use crate::fit::fitting::{held_out_over_noise, refit, Covariance, Fitted, Modal, Structure};
+use crate::fit::fitting::{
+    held_out_over_noise, refit, Covariance, Fitted, Limit, Modal, Number, Structure,
+};
 use crate::fit::free_decay::FreeDecay;
 use crate::quantity::Quantity;
 use crate::record::Said;
@@ -27,13 +30,30 @@ pub struct Options {
     pub own: Vec<Effect>,
     /// Effects and limits of the model that is there: they stay, and what it lacks is looked for.
     pub present: Structure,
-    /// On which the user's own effects may depend; 0: off, or not known.
+    /// On which effects may depend; 0: off, or not known.
     pub wind_speed_m_s: f64,
+    /// Of several releases of a rig, each one's, where they are not in the same wind.
+    pub wind_speeds_m_s: Vec<f64>,
     /// The search ends when this asks for it.
     pub stop: Stop,
 }
 
 impl Options {
+    /// For a release in this wind: what of the present model does nothing in it is not looked for.
+    pub(crate) fn in_wind(&self, wind_speed_m_s: f64) -> Self {
+        let mut options = self.clone();
+        for effect in &self.present.effects {
+            let numbers = 0..effect.parameters().len();
+            let idle = numbers.filter(|number| !effect.acts_at(*number, wind_speed_m_s));
+            options.present.limits.extend(idle.map(|number| Limit {
+                number: Number::Of(effect.clone(), number),
+                low: 0.0,
+                high: 0.0,
+            }));
+        }
+        options
+    }
+
     /// For what is recorded in `decay`: where that is no angle, its zero is the sensor's own.
     pub(crate) fn of(&self, decay: &FreeDecay) -> Self {
         let zero_unknown = self.zero_unknown || !decay.measurand.shows_rest();
@@ -109,6 +129,14 @@ pub struct Diagnosis {
     pub origin: BTreeMap<String, Origin>,
     /// By effect of a campaign: what its origin was decided from, in words.
     pub origin_reason: BTreeMap<String, String>,
+    /// By effect of a campaign with several wind speeds: whether its coefficient goes with a power of the
+    /// speed.
+    pub grows_as: BTreeMap<String, GrowsAs>,
+    /// By effect of a campaign that goes with the wind so: the dimensionless derivative that it is.
+    pub dimensionless: BTreeMap<String, Dimensionless>,
+    /// By effect of a campaign: as a model of its releases takes it, `mechanical`, `aerodynamic` or
+    /// `each_wind`.
+    pub source: BTreeMap<String, &'static str>,
     /// Whether the effects act about the angle of rest, as with a zero that is fitted, not about the
     /// sensor's.
     pub about_rest: bool,

@@ -3,7 +3,7 @@
 
 use crate::at_once::AtOnce;
 use crate::derivatives::condition::Identified;
-use crate::derivatives::table::Point;
+use crate::derivatives::table::{ByAxis, Point};
 use crate::derivatives::Computed;
 use crate::diagnosis::answer::{BeforeAndAfter, Coefficient, Condition, Diagnosis};
 use crate::diagnosis::buffeting::{self, Buffeted};
@@ -13,6 +13,7 @@ use crate::diagnosis::origin::{self, Origin, Plan};
 use crate::diagnosis::releases::ReleaseAnswers;
 use crate::diagnosis::several_fit::{SharedEffect, Source, Together};
 use crate::diagnosis::verdict::SECOND_ORDER;
+use crate::diagnosis::wind::{self, Dimensionless, GrowsAs};
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::fitting::{Fitted, Modal};
@@ -83,11 +84,23 @@ impl Campaign<'_> {
         for (release, entry) in found.releases.iter_mut().zip(&self.made.release) {
             release.condition = Some(Condition::of(entry));
         }
-        let before = self.points(&self.linear(&plain.joint.fits)?);
+        let (before, inertia) = self.points(&self.linear(&plain.joint.fits)?).unzip();
         let after = match found.effects.is_empty() {
             true => before.clone(),
-            false => self.points(&self.identified(found.releases.iter().map(|r| r.modal))),
+            false => {
+                let identified = self.identified(found.releases.iter().map(|r| r.modal));
+                self.points(&identified).map(|(points, _)| points)
+            }
         };
+        for SharedEffect { effect, source, .. } in &last.shared {
+            let of_air = found.source.get(effect.id()) == Some(&"aerodynamic");
+            let (Some(Source { seen, .. }), Some(inertia), true) = (source, &inertia, of_air)
+            else {
+                continue;
+            };
+            let known = Dimensionless::of(effect, seen, self.made, inertia);
+            found.dimensionless.extend(known.map(|d| (effect.to_string(), d)));
+        }
         found.derivatives =
             before.zip(after).map(|(before, after)| BeforeAndAfter { before, after });
         Ok(())
@@ -118,9 +131,10 @@ impl Campaign<'_> {
 
     /// The derivatives with these wn and zeta; `None` where there is no point to compute. Coefficients that
     /// releases share make their errors alike; the propagation takes them for independent.
-    fn points(&self, identified: &[Identified]) -> Option<Vec<Point>> {
+    fn points(&self, identified: &[Identified]) -> Option<(Vec<Point>, ByAxis<Quantity>)> {
         let computed = Computed::new(self.made, identified).ok()?;
-        Some(computed.table(Path::new(""), "least-squares").points)
+        let table = computed.table(Path::new(""), "least-squares");
+        Some((table.points, table.inertia_kg_m2))
     }
 }
 
@@ -133,6 +147,11 @@ impl Diagnosis {
         let id = effect.to_string();
         self.sharing.insert(id.clone(), plan.name);
         let Some(Source { origin, reason, seen }) = source else { return };
+        let grows = GrowsAs::of(effect, seen);
+        let taken = wind::source(effect, *origin, seen, grows);
+        self.source.insert(id.clone(), taken);
+        self.grows_as
+            .extend(grows.filter(|_| *origin != Origin::Mechanical).map(|g| (id.clone(), g)));
         self.origin.insert(id.clone(), *origin);
         self.origin_reason.insert(id.clone(), reason.clone());
         let parameter = &effect.parameters()[0];

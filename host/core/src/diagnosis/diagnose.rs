@@ -6,6 +6,7 @@ pub use crate::diagnosis::answer::{
 };
 use crate::diagnosis::one::of_one;
 pub use crate::diagnosis::over_pieces::fit_over_pieces;
+pub use crate::diagnosis::prediction::LEAST_GAIN;
 use crate::diagnosis::search_start::held_by_law;
 use crate::diagnosis::several::of_several;
 pub use crate::diagnosis::several_fit::{Common, Grouping};
@@ -41,15 +42,16 @@ pub fn diagnose(releases: &[Record], grouping: &Grouping, options: &Options) -> 
 fn of_parts(record: &Record, options: &Options) -> Result<Diagnosed> {
     let (wind_speed_m_s, stop) = (options.wind_speed_m_s, options.stop.clone());
     let decay = FreeDecay { wind_speed_m_s, stop, ..FreeDecay::of(record)? };
+    let alone = &options.in_wind(decay.wind_speed_m_s);
     let is_parted = decay.warnings.iter().any(|w| matches!(w, Warning::Parted { .. }));
     // What is released anew after a gap is another release, which the user chooses.
     if !is_parted || several::releases(record).len() > 1 {
-        return of_one(record, decay, options);
+        return of_one(record, decay, alone);
     }
     let mut parts = gaps::parts(record);
     parts.retain(|part| FreeDecay::of(part).is_ok());
     if parts.len() < 2 {
-        return of_one(record, decay, options);
+        return of_one(record, decay, alone);
     }
     let common = Common { same_rig: true, own: Vec::new() };
     let mut found = of_several(&parts, &Grouping::Rig(common), options)?;

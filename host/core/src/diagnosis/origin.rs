@@ -63,14 +63,14 @@ pub(super) struct Seen {
 }
 
 impl Seen {
-    fn is_on(&self) -> bool {
+    pub(super) fn is_on(&self) -> bool {
         self.condition.wind_speed_m_s > 0.0
     }
     fn is_partner(&self, other: &Self) -> bool {
         let (a, b) = (&self.condition, &other.condition);
         a.spring == b.spring && a.axis == b.axis
     }
-    fn is_as_fast(&self, other: &Self) -> bool {
+    pub(super) fn is_as_fast(&self, other: &Self) -> bool {
         is_same_speed(self.condition.wind_speed_m_s, other.condition.wind_speed_m_s)
     }
 }
@@ -141,10 +141,17 @@ pub(super) fn decide(seen: &[Seen], unit: &str) -> (Origin, String) {
         return undecided(format!("{both}: too uncertain"));
     }
     let change = 100.0 * difference.value / off.value;
-    if difference.value.abs() <= (CHANCE * difference.u).max(SAME_STRENGTH * off.value.abs()) {
+    if !changes_with_wind(seen) {
         return (Origin::Mechanical, format!("{both}: the same ({change:+.1} %)"));
     }
     undecided(format!("{both}: there in both, but not the same ({change:+.1} %)"))
+}
+
+/// Whether the same springs and axes have another coefficient with the wind on than with it off.
+pub(super) fn changes_with_wind(seen: &[Seen]) -> bool {
+    paired(seen).is_some_and(|[off, _, difference]| {
+        difference.value.abs() > (CHANCE * difference.u).max(SAME_STRENGTH * off.value.abs())
+    })
 }
 
 /// Whether the coefficient grows from the lowest to the highest wind speed, and both in words. Over the

@@ -10,7 +10,7 @@ use crate::fit::segments::{fit_pieces, PieceFit, FIRST_STEPS, ROUGH};
 pub(crate) const BETTER: f64 = 1.0;
 /// Share by which it has to predict better, too, in the mean over the pieces: of their logarithms, for the
 /// few cycles in which a hammer's other modes ring would outweigh all that follows.
-pub(crate) const LEAST_GAIN: f64 = 0.05;
+pub const LEAST_GAIN: f64 = 0.05;
 
 /// Errors of prediction, an item for each piece predicted in each split.
 #[derive(Clone, Debug)]
@@ -46,6 +46,11 @@ pub(crate) fn predict_within(short: &Pieces, model: &PieceFit) -> Prediction {
 }
 
 impl Prediction {
+    /// Of pieces with these sums of squares and numbers of means.
+    pub(crate) fn of(errors: Vec<(f64, f64)>) -> Self {
+        Self { errors }
+    }
+
     /// Whether it is better than `other`, which a smaller model makes, by more than chance and by a share
     /// that counts.
     pub(crate) fn is_better_than(&self, other: &Self) -> bool {

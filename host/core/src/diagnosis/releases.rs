@@ -278,7 +278,7 @@ impl Judge for Search<'_> {
 /// The releases `held` fitted with what they have in common with the others known from these; their own
 /// numbers are estimated anew. `repeat_of`: the place, among the others, of one that stands for a release
 /// which shares with none.
-fn from_others(
+pub(super) fn from_others(
     decays: &[FreeDecay],
     joint: &JointFit,
     held: &[usize],

@@ -10,6 +10,7 @@ use crate::diagnosis::answer::{
     hold_least, Candidate, Diagnosed, Diagnosis, HeldOut, Options, ReleaseVerdict, Status, Step,
 };
 use crate::diagnosis::campaign_fit::Campaign;
+use crate::diagnosis::left_out::LeftOut;
 use crate::diagnosis::likelihood::are_explained;
 use crate::diagnosis::origin::OWN;
 use crate::diagnosis::releases::{self, ModelOfReleases, ReleaseAnswers};
@@ -35,7 +36,8 @@ pub(super) fn of_several(
         Grouping::Campaign(made) => (&nothing, Some(*made)),
     };
     let entry = |i: usize| made.map(|made| &made.release[i]);
-    let wind = |i| entry(i).map_or(options.wind_speed_m_s, |entry| entry.wind_speed_m_s);
+    let each = |i: usize| options.wind_speeds_m_s.get(i).copied().unwrap_or(options.wind_speed_m_s);
+    let wind = |i| entry(i).map_or_else(|| each(i), |entry| entry.wind_speed_m_s);
     let winds = (0..records.len()).map(wind);
     let mut decays = releases::free_decays(records, winds, &options.stop)?;
     let mut options = options.of(&decays[0]);
@@ -65,7 +67,11 @@ pub(super) fn of_several(
     let added = steps.iter().filter_map(|step| step.added.clone());
     let model = name_of(&options.present.effects);
     let chosen = Chosen {
-        status: None,
+        status: made
+            .is_some()
+            .then(|| judged.alone.adequate())
+            .flatten()
+            .filter(|_| path.len() == 1),
         effects: rest.iter().cloned().chain(added).collect(),
         indistinguishable,
         steps,
@@ -121,7 +127,14 @@ fn models(
     let mut candidates = judged.alone.candidates();
     if let Some(path) = at_once_in_all(rig, campaign, judged, at_once)? {
         let held_out = campaign.map_or(HeldOut::Releases, Campaign::held_out);
-        let effects = &judged.path.last().expect("a model").effects;
+        let path = match campaign {
+            Some(campaign) => {
+                let together = |model: &ModelOfReleases| campaign.together(model);
+                predicting(rig, &together, judged, path, &mut candidates)?
+            }
+            None => path,
+        };
+        let effects = &path.last().expect("a model").joint.structure.effects;
         let indistinguishable = judged.alone.indistinguishable(effects);
         return Ok(Models { path, indistinguishable, held_out, candidates });
     }
@@ -130,7 +143,53 @@ fn models(
         let refusal = refused.iter().find(|r| r.effect == candidate.effect);
         candidate.reason = candidate.reason.take().or(refusal.map(|r| r.reason.clone()));
     }
+    let named = judged.alone.named();
+    let together = |model: &ModelOfReleases| Ok(rig.together(model));
+    let path = left_out(rig, &together, judged, path, named, &mut candidates)?;
     Ok(Models { path, indistinguishable: alike, held_out: HeldOut::Pieces, candidates })
+}
+
+/// The models of `path` of a campaign without the effects that predict no release that was left out: where it is
+/// down to the noise, of those that no release's own answer names, else of all.
+fn predicting(
+    rig: &Rig,
+    together: &(dyn Fn(&ModelOfReleases) -> Result<Together> + Sync),
+    judged: &ReleaseAnswers,
+    path: Vec<Together>,
+    candidates: &mut [Candidate],
+) -> Result<Vec<Together>> {
+    let joint = &path.last().expect("a model").joint;
+    let named = match are_explained(&joint.fits, rig.decays) {
+        true => judged.alone.named(),
+        false => Vec::new(),
+    };
+    left_out(rig, together, judged, path, named, candidates)
+}
+
+/// The models of `path` without the effects that predict no release that was left out, but for those `named`.
+fn left_out(
+    rig: &Rig,
+    together: &(dyn Fn(&ModelOfReleases) -> Result<Together> + Sync),
+    judged: &ReleaseAnswers,
+    path: Vec<Together>,
+    named: Vec<Effect>,
+    candidates: &mut [Candidate],
+) -> Result<Vec<Together>> {
+    let there = path[0].joint.structure.effects.len();
+    let before = path.last().expect("a model").joint.structure.effects.clone();
+    if before[there..].iter().all(|e| named.contains(e)) {
+        return Ok(path);
+    }
+    let left_out =
+        LeftOut { decays: rig.decays, which: &judged.alone.which, there, stay: named, together };
+    let path = left_out.path(path)?;
+    let kept = &path.last().expect("a model").joint.structure.effects;
+    for candidate in candidates.iter_mut() {
+        let gone = before.contains(&candidate.effect) && !kept.contains(&candidate.effect);
+        let why = || "with it a release that was left out is predicted no better".to_owned();
+        candidate.reason = candidate.reason.take().or_else(|| gone.then(why));
+    }
+    Ok(path)
 }
 
 /// The models with what the releases' own answers name, in all of them at once; `None` where the last is not

@@ -70,6 +70,7 @@ impl Common {
 }
 
 /// An effect of a model of several releases.
+#[derive(Clone)]
 pub(super) struct SharedEffect {
     pub(super) effect: Effect,
     /// Which releases share its coefficient.
@@ -79,6 +80,7 @@ pub(super) struct SharedEffect {
 }
 
 /// Where an effect comes from, why, and its coefficients from which that is decided.
+#[derive(Clone)]
 pub(super) struct Source {
     pub(super) origin: Origin,
     pub(super) reason: String,
@@ -86,6 +88,7 @@ pub(super) struct Source {
 }
 
 /// A model of all releases at once.
+#[derive(Clone)]
 pub(super) struct Together {
     pub(super) joint: JointFit,
     pub(super) shared: Vec<SharedEffect>,

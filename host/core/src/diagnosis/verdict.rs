@@ -97,6 +97,9 @@ impl Diagnosis {
             indistinguishable,
             origin: BTreeMap::new(),
             origin_reason: BTreeMap::new(),
+            grows_as: BTreeMap::new(),
+            dimensionless: BTreeMap::new(),
+            source: BTreeMap::new(),
             about_rest: last.iter().all(|fit| fit.rest_rad().is_some()),
             sharing: BTreeMap::new(),
             modal: match last {

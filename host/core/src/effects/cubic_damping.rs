@@ -28,6 +28,10 @@ impl Law for CubicDamping {
         Some(RollTerm::AngleSquared)
     }
 
+    fn derivative(&self) -> Option<(&'static str, f64)> {
+        Some(("Cn_betabetar", -1.0))
+    }
+
     fn card(&self) -> Card<'_> {
         Card {
             title: "Damping with the square of the angle",

@@ -28,6 +28,10 @@ impl Law for CubicStiffness {
         Some(RollTerm::StiffnessCubed)
     }
 
+    fn derivative(&self) -> Option<(&'static str, f64)> {
+        Some(("Cn_beta3", -1.0))
+    }
+
     fn card(&self) -> Card<'_> {
         Card {
             title: "Hardening or softening restoring moment",

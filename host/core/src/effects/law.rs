@@ -9,6 +9,7 @@ use super::terms::Terms;
 use crate::quantity::Quantity;
 use std::borrow::Cow;
 pub(super) use yawrig_expression::Parameter;
+use yawrig_expression::Unit;
 
 /// One effect. Moments are divided by Izz (rad/s2), angles in rad, time from the release in s.
 pub(crate) trait Law: Send + Sync {
@@ -87,6 +88,21 @@ pub(crate) trait Law: Send + Sync {
 
     /// Which coefficient of a roll decay its first number is, over the inertia.
     fn roll_term(&self) -> Option<RollTerm> {
+        None
+    }
+
+    /// Place of its strength among its numbers, and the power of the wind speed with which that goes where the
+    /// air makes it, by its dimension: not a number where others of the users' numbers decide it that are not
+    /// given. `None` where it is no moment of the state in proportion to a strength.
+    fn wind_power(&self, _users: &[f64]) -> Option<(usize, f64)> {
+        let is_moment = matches!(self.equation(), Some(Equation::Moment(_)));
+        let unit = Unit::parse(&self.parameters().first()?.unit).ok()?;
+        (is_moment && self.acts_on() == Acts::State).then(|| (0, 0.0 - unit.seconds()))
+    }
+
+    /// The name of the strength as a dimensionless derivative of the yaw moment, and the sign with which it
+    /// stands in the moment.
+    fn derivative(&self) -> Option<(&'static str, f64)> {
         None
     }
 

@@ -320,6 +320,10 @@ impl Law for Arc<MeasuredLaw> {
         MEASURED_LAW
     }
 
+    fn wind_power(&self, _: &[f64]) -> Option<(usize, f64)> {
+        None
+    }
+
     fn parameters(&self) -> &[Parameter] {
         &self.parameters
     }

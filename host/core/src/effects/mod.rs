@@ -12,6 +12,7 @@ mod memory;
 mod own;
 mod padded;
 mod says;
+mod sourced;
 mod terms;
 
 pub(crate) use curves::KNOTS;
@@ -21,6 +22,7 @@ pub use law::{Card, Equation, RollTerm};
 pub(crate) use lines::FASTEST;
 pub use measured::{Line, MeasuredLaw, MEASURED_LAW};
 pub(crate) use memory::Memories;
+pub use sourced::{Source, Sourced};
 pub use terms::Terms;
 pub(crate) use terms::{Moment, Moments, States, LANES};
 pub(crate) use terms::{Rotation, State};
@@ -56,6 +58,8 @@ macro_rules! library {
             Own(Arc<OwnEffect>),
             /// Curves estimated from releases.
             Measured(Arc<MeasuredLaw>),
+            /// One of these that goes with the wind.
+            Sourced(Arc<Sourced>),
         }
 
         impl Effect {
@@ -67,6 +71,7 @@ macro_rules! library {
                     $(Self::$effect => &$module::$effect,)*
                     Self::Own(own) => own,
                     Self::Measured(law) => law,
+                    Self::Sourced(sourced) => sourced,
                 }
             }
         }
@@ -138,7 +143,7 @@ impl Effect {
 
     /// Whether it comes from a user's file.
     pub fn is_own(&self) -> bool {
-        matches!(self, Self::Own(_))
+        matches!(self.bare(), Self::Own(_))
     }
 
     /// The curves, where it is estimated from releases.

@@ -25,6 +25,10 @@ impl Law for OddQuadraticStiffness {
         Some(Series::Term)
     }
 
+    fn derivative(&self) -> Option<(&'static str, f64)> {
+        Some(("Cn_betaabsbeta", -1.0))
+    }
+
     fn card(&self) -> Card<'_> {
         Card {
             title: "Stiffness that falls in a straight line with amplitude",

@@ -3,7 +3,7 @@
 use super::law::{Card, Equation, Law, Scale, Seen, SMALL};
 use super::terms::Terms;
 use std::sync::Arc;
-use yawrig_expression::{OwnEffect, OwnTerm, Parameter};
+use yawrig_expression::{OwnEffect, OwnTerm, Parameter, Unit};
 
 /// Of the start of a parameter: its size, so that the fit's differences stand out of what a step size that
 /// adapts itself leaves uncertain.
@@ -53,6 +53,14 @@ impl Law for Arc<OwnEffect> {
 
     fn write(&self, p: &[f64], terms: &mut Terms) {
         terms.add_own(OwnTerm::new(self, p));
+    }
+
+    /// Where its whole moment is in proportion to one parameter and it does not say itself how it goes with
+    /// the wind.
+    fn wind_power(&self, _: &[f64]) -> Option<(usize, f64)> {
+        let place = self.size_parameter().filter(|_| !self.program.uses_wind())?;
+        let unit = Unit::parse(&self.parameters[place].unit).ok()?;
+        Some((place, 0.0 - unit.seconds()))
     }
 
     /// What its parameters are is the user's.

@@ -40,6 +40,10 @@ impl Law for PowerDamping {
         true
     }
 
+    fn wind_power(&self, users: &[f64]) -> Option<(usize, f64)> {
+        Some((0, users.get(1).map_or(f64::NAN, |n| 2.0 - n)))
+    }
+
     /// Dry friction, viscous or quadratic damping.
     fn is_simpler_one(&self, users: &[Quantity], _: f64) -> bool {
         let n = users[1];

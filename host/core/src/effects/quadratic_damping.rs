@@ -24,6 +24,10 @@ impl Law for QuadraticDamping {
         Some(RollTerm::Quadratic)
     }
 
+    fn derivative(&self) -> Option<(&'static str, f64)> {
+        Some(("Cn_rabsr", -1.0))
+    }
+
     fn card(&self) -> Card<'_> {
         Card {
             title: "Damping with the square of the rate",

@@ -20,6 +20,10 @@ impl Law for QuadraticStiffness {
 
     enters!(moment);
 
+    fn derivative(&self) -> Option<(&'static str, f64)> {
+        Some(("Cn_beta2", -1.0))
+    }
+
     fn card(&self) -> Card<'_> {
         Card {
             title: "Restoring moment stiffer to one side",

@@ -28,6 +28,10 @@ impl Law for QuinticStiffness {
         Some(RollTerm::StiffnessFifth)
     }
 
+    fn derivative(&self) -> Option<(&'static str, f64)> {
+        Some(("Cn_beta5", -1.0))
+    }
+
     fn card(&self) -> Card<'_> {
         Card {
             title: "Restoring moment that hardens or softens late",

@@ -32,6 +32,10 @@ impl Law for StaticOffset {
         Some(Equation::moment("m"))
     }
 
+    fn derivative(&self) -> Option<(&'static str, f64)> {
+        Some(("Cn_0", 1.0))
+    }
+
     fn card(&self) -> Card<'_> {
         Card {
             title: "Constant moment",

@@ -62,8 +62,10 @@ pub(crate) struct Part<'a> {
     pub(crate) structure: Structure,
     /// Of each number of the release: its place among all.
     pub(crate) places: Vec<usize>,
-    /// Numbers that are not fixed, in the order of their places.
+    /// Numbers that are not fixed and act in its wind, in the order of their places.
     pub(crate) free: Vec<usize>,
+    /// Of each number, whether it does anything in the release's wind.
+    acting: Vec<bool>,
     pub(crate) bounds: Vec<(f64, f64)>,
     steps: Vec<f64>,
     /// Angle and rate at each instant, where they are known and the effects are to act along them.
@@ -222,17 +224,37 @@ impl<'a> JointProblem<'a> {
                 bounds[at] = Some(if low <= high { (low, high) } else { (least, most) });
             }
         }
-        let bounds: Vec<(f64, f64)> =
+        let mut bounds: Vec<(f64, f64)> =
             bounds.into_iter().map(|b| b.unwrap_or((f64::NEG_INFINITY, f64::INFINITY))).collect();
-        let parts = releases
-            .iter()
+        let with_acting = |(i, release): (usize, &Release)| {
+            let structure = sharing.of_release(structure, i);
+            let acting = structure.acting(release.decay.wind_speed_m_s);
+            (structure, acting)
+        };
+        let structures: Vec<(Structure, Vec<bool>)> =
+            releases.iter().enumerate().map(with_acting).collect();
+        // A number that acts in the wind of no release stays where it begins.
+        let mut begun: Vec<Option<f64>> = vec![None; places.count];
+        for (i, (_, acting)) in structures.iter().enumerate() {
+            for (j, &at) in places.of[i].iter().enumerate() {
+                begun[at] =
+                    if acting[j] { Some(f64::NAN) } else { begun[at].or(Some(starts[i][j])) };
+            }
+        }
+        for (bound, begun) in bounds.iter_mut().zip(begun) {
+            if let Some(value) = begun.filter(|value| !value.is_nan()) {
+                *bound = (value, value);
+            }
+        }
+        let parts = structures
+            .into_iter()
+            .zip(releases)
             .enumerate()
-            .map(|(i, &release)| {
-                let structure = sharing.of_release(structure, i);
+            .map(|(i, ((structure, acting), &release))| {
                 let places = places.of[i].clone();
                 let bounds: Vec<(f64, f64)> = places.iter().map(|&at| bounds[at]).collect();
-                let mut free: Vec<usize> =
-                    (0..places.len()).filter(|&j| bounds[j].0 < bounds[j].1).collect();
+                let is_free = |j: &usize| bounds[*j].0 < bounds[*j].1 && acting[*j];
+                let mut free: Vec<usize> = (0..places.len()).filter(is_free).collect();
                 free.sort_by_key(|&j| places[j]);
                 let sizes = structure.sizes(release.decay);
                 let difference = difference(&structure);
@@ -243,6 +265,7 @@ impl<'a> JointProblem<'a> {
                     structure,
                     places,
                     free,
+                    acting,
                     bounds,
                     states: None,
                 }
@@ -252,13 +275,21 @@ impl<'a> JointProblem<'a> {
     }
 
     /// The median of each number over the releases that share it: one that is in another minimum draws no
-    /// mean aside.
+    /// mean aside. What acts in the wind of some counts there alone.
     pub(crate) fn gathered(&self, starts: &[Vec<f64>]) -> Vec<f64> {
-        let mut all: Vec<Vec<f64>> = vec![Vec::new(); self.places.count];
-        for (places, start) in self.places.of.iter().zip(starts) {
-            places.iter().zip(start).for_each(|(&at, &value)| all[at].push(value));
-        }
-        all.iter_mut().map(|values| median(values)).collect()
+        let gathered = |acting: bool| {
+            let mut all: Vec<Vec<f64>> = vec![Vec::new(); self.places.count];
+            for (part, start) in self.parts.iter().zip(starts) {
+                let of = part.places.iter().zip(start).zip(&part.acting);
+                of.filter(|(_, acts)| **acts == acting)
+                    .for_each(|((&at, &value), _)| all[at].push(value));
+            }
+            all
+        };
+        let pairs = gathered(true).into_iter().zip(gathered(false));
+        pairs
+            .map(|(mut of, mut other)| median(if of.is_empty() { &mut other } else { &mut of }))
+            .collect()
     }
 
     /// What the model lacks at its fitted numbers `all`, those marked `fixed` apart; `None` where it lacks

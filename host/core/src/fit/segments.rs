@@ -89,7 +89,12 @@ impl<'a> Fit<'a> {
             let part = &problem.parts[0];
             for (j, bound) in part.bounds.iter().enumerate() {
                 let Some(at) = piece.own.place(j, structure) else { continue };
-                (bounds[at], is_free[at]) = (*bound, part.free.contains(&j));
+                let is_free_here = part.free.contains(&j);
+                // Of pieces in several winds a number is held by those alone in which it does something.
+                if is_free_here || !is_free[at] {
+                    bounds[at] = *bound;
+                }
+                is_free[at] |= is_free_here;
             }
             problem
         };

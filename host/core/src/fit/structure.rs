@@ -131,6 +131,16 @@ impl Structure {
         bounds
     }
 
+    /// Of each number, whether it does anything at this wind speed.
+    pub(crate) fn acting(&self, wind_speed_m_s: f64) -> Vec<bool> {
+        let mut acting = vec![true; self.own_numbers()];
+        for effect in &self.effects {
+            let numbers = 0..effect.parameters().len();
+            acting.extend(numbers.map(|number| effect.acts_at(number, wind_speed_m_s)));
+        }
+        acting
+    }
+
     /// Whether a measured law is among the effects.
     pub(crate) fn has_law(&self) -> bool {
         self.effects.iter().any(|e| e.measured().is_some())
@@ -149,7 +159,10 @@ impl Structure {
         let mut zero = if self.zero_unknown { p[PLAIN] } else { 0.0 };
         for (effect, at) in self.places() {
             match self.about_rest && effect.moves_rest() {
-                true => zero += p[at] / p[0].powi(2),
+                true => {
+                    let moment = effect.in_wind(&p[at..], around.wind_speed_m_s);
+                    zero += moment.map_or(0.0, |p_in_wind| p_in_wind[0]) / p[0].powi(2);
+                }
                 false => effect.write(&p[at..], &mut terms),
             }
         }

@@ -1,5 +1,6 @@
 //! The tables of `model.toml` as they stand in it, before anything is checked.
 
+use crate::sources::AskedSource;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use toml::Spanned;
@@ -62,6 +63,12 @@ pub(super) struct RawEffect {
     pub(super) id: Spanned<String>,
     pub(super) definition: Option<Spanned<String>>,
     pub(super) law: Option<Spanned<RawLaw>>,
+    #[serde(default)]
+    pub(super) source: AskedSource,
+    /// Of which an aerodynamic coefficient is.
+    pub(super) reference_wind_m_s: Option<Spanned<f64>>,
+    /// Of which each has a coefficient.
+    pub(super) wind_speeds_m_s: Option<Spanned<Vec<f64>>>,
     #[serde(default)]
     pub(super) parameters: BTreeMap<Spanned<String>, Spanned<RawParameter>>,
 }

@@ -8,6 +8,7 @@ use crate::store::Store;
 use serde::Serialize;
 use yawrig_base::error::{Error, Exit, Result};
 use yawrig_base::interrupt;
+use yawrig_core::diagnosis::diagnose::LEAST_GAIN;
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::{Covariance, Fitted};
 use yawrig_core::fit::joint::JointFit;
@@ -34,6 +35,8 @@ pub struct RevisionRequest {
     /// The command as it was typed.
     pub command: String,
     pub why: Option<String>,
+    /// An effect stays though what is held out is predicted worse with it.
+    pub keep: bool,
 }
 
 /// A model fitted to its records.
@@ -46,6 +49,16 @@ pub(crate) struct Current {
 impl Current {
     fn of(model: &Model, data: &Data, fit: JointFit) -> Result<Self> {
         Self::found(model, data, fit)?.settled()
+    }
+
+    /// Whether it predicts what was held out worse than `inner`, by more than a share that counts.
+    pub(super) fn predicts_worse_than(&self, inner: &Self) -> bool {
+        let most = (1.0 + LEAST_GAIN) * inner.held_out_over_noise;
+        self.held_out_over_noise.is_nan() || self.held_out_over_noise > most
+    }
+
+    pub(super) fn held_out_over_noise(&self) -> f64 {
+        self.held_out_over_noise
     }
 
     /// Refused where the fit has not converged.

@@ -63,6 +63,7 @@ fn lacking(
         present: structure(model)?,
         ..options
     };
+    let wind = |e: &RecordEntry| e.made_under.as_ref().map_or(0.0, |m| m.wind_speed_m_s);
     let entry = match (file, fitted.as_slice()) {
         (Some(file), _) => records::known_or_new(model, path, file)?.read_as(reading),
         (None, [entry]) => (*entry).clone(),
@@ -71,9 +72,10 @@ fn lacking(
                 yawrig_records::read_selected(&Model::record_path(path, entry), &entry.reading)
             };
             let records = all.iter().map(read).collect::<Result<_>>()?;
-            return Ok(Case::Records(records, options));
+            let wind_speeds_m_s = all.iter().map(|e| wind(e)).collect();
+            return Ok(Case::Records(records, Options { wind_speeds_m_s, ..options }));
         }
     };
-    let wind_speed_m_s = entry.made_under.as_ref().map_or(0.0, |m| m.wind_speed_m_s);
+    let wind_speed_m_s = wind(&entry);
     one(&Model::record_path(path, &entry), &entry.reading, Options { wind_speed_m_s, ..options })
 }

@@ -3,6 +3,7 @@
 use crate::cli::common::SCHEMA_VERSION;
 use crate::cli::diagnose::outcome::Outcome;
 use crate::cli::law;
+use crate::commands::Words;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use yawrig_core::diagnosis::diagnose::{Diagnosis, ReleaseVerdict};
@@ -25,6 +26,8 @@ pub(super) struct Object<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     records: Option<&'a [ReleaseVerdict]>,
     seconds: f64,
+    /// Which make the model of the answer.
+    commands: &'a [Words],
     /// As `law` prints it.
     #[serde(skip_serializing_if = "Option::is_none")]
     law: Option<serde_json::Value>,
@@ -56,6 +59,7 @@ pub(super) fn object<'a>(outcome: &'a Outcome, files: &[PathBuf]) -> Object<'a> 
         only: diagnosis.only().filter(|_| outcome.campaign.is_none()).map(only),
         records: (outcome.records.len() > 1).then_some(&diagnosis.releases),
         seconds: outcome.seconds,
+        commands: &outcome.commands,
         law: outcome.law.as_ref().map(|found| law::object(found, files)),
         diagnosis,
     }

@@ -1,5 +1,6 @@
 //! What came of a diagnosis.
 
+use crate::commands::Words;
 use crate::flags;
 use std::path::PathBuf;
 use yawrig_core::diagnosis::diagnose::{Diagnosed, SECOND_ORDER};
@@ -19,6 +20,8 @@ pub(super) struct Outcome {
     pub(super) zero_unknown: bool,
     pub(super) model: &'static str,
     pub(super) seconds: f64,
+    /// Which make the model of the answer; none of records that are in no file.
+    pub(super) commands: Vec<Words>,
 }
 
 impl Outcome {

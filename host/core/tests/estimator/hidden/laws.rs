@@ -94,7 +94,8 @@ pub fn draw(effect: Effect, setup: &Setup, rng: &mut ChaCha8Rng) -> Vec<f64> {
         Effect::PendulumGravity
         | Effect::OddQuadraticStiffness
         | Effect::Own(_)
-        | Effect::Measured(_) => {
+        | Effect::Measured(_)
+        | Effect::Sourced(_) => {
             unreachable!("not hidden")
         }
     }
@@ -127,7 +128,8 @@ pub fn most(law: &Law, setup: &Setup) -> f64 {
         Effect::PendulumGravity
         | Effect::OddQuadraticStiffness
         | Effect::Own(_)
-        | Effect::Measured(_) => {
+        | Effect::Measured(_)
+        | Effect::Sourced(_) => {
             unreachable!("not hidden")
         }
     };

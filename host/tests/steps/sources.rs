@@ -1,0 +1,172 @@
+//! From a campaign's diagnosis to the model by the printed commands alone: effects that know the wind.
+//! Figures: `cargo test --release -p yawrig --test steps sources -- --nocapture`.
+
+use crate::by_hand::{campaign, per_izz, Made, Planted};
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn yawrig(folder: &Path, words: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_yawrig"))
+        .current_dir(folder)
+        .args(words)
+        .output()
+        .expect("it starts")
+}
+
+fn json(folder: &Path, words: &[&str]) -> Value {
+    let out = yawrig(folder, words);
+    let said = String::from_utf8_lossy(&out.stderr);
+    assert!(out.status.success(), "{words:?}: {said}");
+    serde_json::from_slice(&out.stdout).expect("JSON")
+}
+
+/// Runs the commands of `found`; the answer of the last.
+fn run(folder: &Path, found: &Value) -> Value {
+    let mut last = Value::Null;
+    for command in found["commands"].as_array().expect("commands") {
+        let words: Vec<&str> =
+            command.as_array().unwrap().iter().map(|w| w.as_str().unwrap()).collect();
+        let out = yawrig(folder, &[&words[1..], &["--json"]].concat());
+        println!("$ {}\n{}", words.join(" "), String::from_utf8_lossy(&out.stderr));
+        assert!(out.status.success());
+        last = serde_json::from_slice(&out.stdout).expect("JSON");
+        println!(
+            "  residual {:.3}, held out {:.3}",
+            last["residual_over_noise"].as_f64().unwrap(),
+            last["held_out_over_noise"].as_f64().unwrap()
+        );
+    }
+    last
+}
+
+fn within(of: &Value, truth: f64, u: f64) -> bool {
+    let (value, own) = (of["value"].as_f64().unwrap(), of["u"].as_f64().unwrap());
+    println!("  {value:.5} +- {own:.5}, planted {truth:.5}");
+    (value - truth).abs() <= u * own
+}
+
+const SPRINGS: [(&str, f64); 3] = [("K2", 214.0), ("K4", 806.0), ("K6", 1751.0)];
+const CN_BETA3: f64 = -10.0;
+const FRICTION: f64 = 0.012;
+
+fn planted_in(folder: &Path) {
+    let moment = |b: f64, r: f64, _: f64, v: f64| {
+        let damping = if v > 0.0 { per_izz(v, 1) * -0.1 * r } else { 0.0 };
+        per_izz(v, 2) * (0.5 * b + CN_BETA3 * b * b * b) + damping
+    };
+    let made = Made {
+        springs: &SPRINGS,
+        speeds_m_s: &[0.0, 10.0, 14.0],
+        amplitude_deg: 14.0,
+        seconds: 15.0,
+        rate_hz: 500.0,
+        noise_deg: 0.04,
+        seed: 7,
+    };
+    let planted = Planted {
+        moment: &moment,
+        state: &|_, _, _, _| 0.0,
+        friction_rad_s2: FRICTION,
+        damping_ratio: 0.004,
+    };
+    campaign(folder, &made, &planted);
+}
+
+/// An aerodynamic cubic moment and dry friction in the bearing: nine releases on three springs at 0, 10 and 14
+/// m/s.
+#[test]
+fn the_printed_commands_make_the_model_of_a_campaign_in_the_wind() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    planted_in(folder);
+    let found = json(folder, &["diagnose", "campaign.toml", "--json"]);
+    println!("{} {} {}", found["status"], found["effects"], found["commands"]);
+    let grows = &found["grows_as"]["cubic_stiffness"];
+    println!("grows as {grows}");
+    assert_eq!(grows["power"], 2.0);
+    let (chi, degrees) =
+        (grows["chi_squared"].as_f64().unwrap(), grows["degrees"].as_f64().unwrap());
+    assert!(chi < degrees + 3.0 * (2.0 * degrees).sqrt());
+    let cn = &found["dimensionless"]["cubic_stiffness"];
+    assert_eq!(cn["name"], "Cn_beta3");
+    assert!(within(cn, CN_BETA3, 2.0));
+    let last = run(folder, &found);
+    assert!(last["residual_over_noise"].as_f64().unwrap() <= 1.15);
+    assert!(last["held_out_over_noise"].as_f64().unwrap() <= 1.3);
+    let k3 = -CN_BETA3 * per_izz(10.0, 2);
+    assert!(within(&last["parameters"]["cubic_stiffness.k3"], k3, 2.0));
+    assert!(within(&last["parameters"]["coulomb_friction.c"], FRICTION, 2.0));
+    // The derivatives after it are those that the diagnosis has printed: they come from the same wn and zeta.
+    for release in found["releases"].as_array().unwrap() {
+        let (spring, wind) = (&release["spring"], release["wind_speed_m_s"].as_f64().unwrap());
+        let name = format!("{} mid {wind} m/s", spring.as_str().unwrap());
+        let all = last["conditions"].as_array().unwrap();
+        let condition = all.iter().find(|c| c["condition"] == name.as_str()).expect("it is there");
+        for number in ["natural_frequency_rad_s", "damping_ratio"] {
+            let [a, b] = [release, condition].map(|of| of[number]["value"].as_f64().unwrap());
+            let u = release[number]["u"].as_f64().unwrap();
+            assert!((a - b).abs() < u, "{name} {number}: {a} {b} {u}");
+        }
+    }
+    // As it stands in the file, against one release, and as a program.
+    let text = std::fs::read_to_string(folder.join("model.toml")).unwrap();
+    assert!(text.contains("source = \"aerodynamic\"") && text.contains("source = \"mechanical\""));
+    for file in ["K2-0.csv", "K4-14.csv"] {
+        let against = json(folder, &["compare", file, "--model", "model.toml", "--json"]);
+        let over = against["residual_over_noise"].as_f64().unwrap();
+        assert!(over < 1.15, "{file}: {over}");
+    }
+    let refit = json(folder, &["fit", "--json"]);
+    assert!(refit["residual_over_noise"].as_f64().unwrap() <= 1.15);
+}
+
+/// The same effect as one coefficient for all winds, tried on releases with the wind off: refused with the command that
+/// would do, kept only where that is asked for; by itself `add` takes the source that predicts best.
+#[test]
+fn an_effect_that_predicts_worse_is_said_first_and_not_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    planted_in(folder);
+    let off = ["K2-0.csv", "K4-0.csv", "K6-0.csv"];
+    let hold_out: Vec<&str> = off.iter().flat_map(|file| ["--hold-out", file]).collect();
+    json(folder, &[&["fit", "campaign.toml", "--json"], &hold_out[..]].concat());
+    let before = std::fs::read_to_string(folder.join("model.toml")).unwrap();
+    let out = yawrig(folder, &["add", "cubic_stiffness", "--mechanical"]);
+    let said = String::from_utf8_lossy(&out.stderr);
+    println!("{said}");
+    assert_eq!(out.status.code(), Some(6));
+    assert!(said.contains("predicted worse") && said.contains("--keep"), "{said}");
+    assert!(said.contains("add cubic_stiffness --aerodynamic"), "{said}");
+    assert_eq!(std::fs::read_to_string(folder.join("model.toml")).unwrap(), before);
+    let kept = yawrig(folder, &["add", "cubic_stiffness", "--mechanical", "--keep"]);
+    let said = String::from_utf8_lossy(&kept.stderr);
+    assert!(kept.status.success() && said.contains("predicted worse"), "{said}");
+    json(folder, &["remove", "cubic_stiffness", "--json"]);
+    let by_itself = json(folder, &["add", "cubic_stiffness", "--json"]);
+    let k3 = -CN_BETA3 * per_izz(10.0, 2);
+    assert!(within(&by_itself["parameters"]["cubic_stiffness.k3"], k3, 4.0));
+}
+
+/// A coefficient for each wind speed, beside friction; read back, exported and refused where it is not known.
+#[test]
+fn a_coefficient_for_each_wind_is_that_of_each_wind() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    planted_in(folder);
+    json(folder, &["fit", "campaign.toml", "--json"]);
+    json(folder, &["add", "cubic_stiffness", "--each-wind", "--json"]);
+    let found = json(folder, &["add", "coulomb_friction", "--mechanical", "--json"]);
+    for (speed, v) in [("0", 0.0), ("10", 10.0), ("14", 14.0)] {
+        let name = format!("cubic_stiffness.k3_at_{speed}");
+        assert!(within(&found["parameters"][name], -CN_BETA3 * per_izz(v, 2), 3.0));
+    }
+    assert!(found["residual_over_noise"].as_f64().unwrap() < 1.15);
+    let text = std::fs::read_to_string(folder.join("model.toml")).unwrap();
+    assert!(text.contains("wind_speeds_m_s = [0.0, 10.0, 14.0]"), "{text}");
+    json(folder, &["compare", "K4-10.csv", "--model", "model.toml", "--json"]);
+    let out = yawrig(folder, &["export", "model.toml", "--to", "c", "--out", "model.h"]);
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    let out = yawrig(folder, &["add", "free_play", "--aerodynamic"]);
+    assert_eq!(out.status.code(), Some(2));
+}
