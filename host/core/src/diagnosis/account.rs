@@ -11,7 +11,6 @@ use crate::diagnosis::survivors::{self, PredictedModel, Survivors};
 use crate::diagnosis::verdict::{moment_of_rest, MOST_LEFT};
 use crate::effects::Effect;
 use crate::error::Result;
-use crate::fit::at_amplitude::with_discrepancy;
 use crate::fit::fitting::{polished, refitted, Fitted, Limit, Number};
 use crate::fit::free_decay::FreeDecay;
 use crate::quantity::{Quantity, CHANCE};
@@ -119,7 +118,8 @@ pub(crate) fn account(
         smaller.iter().map_at_once(|judged| of_judged(decay, &survivors, judged)).collect();
     fits.push(polished(last, decay));
     decay.stop.check()?;
-    let rest = fits.last().and_then(Fitted::rest_rad).expect("a rest angle that was fitted");
+    let last = fits.last().expect("the plain model").clone().with_discrepancy(decay);
+    let rest = last.rest_rad().expect("a rest angle that was fitted");
     let offset = !zero_unknown && !rest.holds(0.0, CHANCE);
     let mut steps = Vec::new();
     let mut effects = Vec::new();
@@ -144,7 +144,7 @@ pub(crate) fn account(
         longer.into_iter().map(|longer| (polished(longer.model, decay), longer.held_out_rad)),
     );
     for (model, held_out_rad) in models {
-        let model = with_discrepancy(model, decay);
+        let model = model.with_discrepancy(decay);
         let is_new = |e: &&Effect| !effects.contains(e) && !survivors.there().contains(e);
         let new = model.structure.effects.iter().find(is_new).cloned();
         effects.extend(new.clone());

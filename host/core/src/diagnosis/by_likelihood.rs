@@ -13,7 +13,6 @@ use crate::diagnosis::search::{self, beyond, criterion, SearchResult, SearchStar
 use crate::diagnosis::verdict::{name_of, Chosen, MOST_LEFT};
 use crate::effects::{Acts, Effect};
 use crate::error::Result;
-use crate::fit::at_amplitude::with_discrepancy;
 use crate::fit::fitting::{refit, Fitted};
 use crate::fit::free_decay::FreeDecay;
 use crate::record::Record;
@@ -68,7 +67,7 @@ impl Likely {
             return forced;
         }
         let decay = &found.decay;
-        found.path = found.path.into_iter().map(|model| with_discrepancy(model, decay)).collect();
+        found.path = found.path.into_iter().map(|model| model.with_discrepancy(decay)).collect();
         let last = found.path.last().expect("the plain model");
         let mut steps = steps(decay, &found.path);
         let effects: Vec<Effect> = steps.iter().filter_map(|step| step.added.clone()).collect();

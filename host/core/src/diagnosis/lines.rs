@@ -12,7 +12,6 @@ use crate::diagnosis::verdict::MOST_LEFT;
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::about_rest::added;
-use crate::fit::at_amplitude::with_discrepancy;
 use crate::fit::fitting::{held_out_over_noise, refit, refitted, Fitted};
 use crate::fit::free_decay::FreeDecay;
 use crate::motion::oscillator::damped_rad_s;
@@ -61,7 +60,7 @@ fn best(decay: &FreeDecay, inner: &Fitted, there: &[Effect]) -> Option<Fitted> {
         larger.converged
             && larger.sum_of_squares < MOST_LEFT * inner.sum_of_squares
             && guards::refusal(larger, decay, there).is_none()
-            && has_size(&with_discrepancy(larger.clone(), decay))
+            && has_size(&larger.clone().with_discrepancy(decay))
     };
     all.iter()
         .map_at_once(|e| {

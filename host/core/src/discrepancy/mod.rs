@@ -1,101 +1,220 @@
-//! By how much the numbers of a fit may be off because no model is the rig: the law discrepancy, and a moment
-//! in time ([`random`]).
+//! By how much the numbers of a fit may be off because no model is the rig.
 //!
-//! Beside its effects the true equation of motion has a smooth moment that no effect of the model is,
+//! What a model lacks shows cycle by cycle: phase, amplitude and mid-line of the record leave those of the
+//! model ([`cycles`]). Beside its effects the true motion has
 //!
-//! b'' = ... - wn^2 A sum_i delta_i f_i((b - rest) / A, r / (wn A)),   delta_i ~ N(0, tau^2 / order_i^2),
+//! natural frequency (1 + p(ln A)),  damping ratio + q(ln A),  and a white random moment,
 //!
-//! A being the largest amplitude. Shapes f_i of the restoring moment have a flat tangent at rest, so that wn
-//! stays that of small motions; of the dissipation one is the jump of dry friction, the others have a flat
-//! tangent, too. Their size tau, one for stiffness and one for damping, is what makes the residual likeliest
-//! (its evidence, the numbers of the model and the strengths integrated out: M. C. Kennedy, A. O'Hagan, J. R.
-//! Stat. Soc. B 63, 2001), residuals counted by the correlation of what is then left of them. Least squares
-//! knows nothing of it: a strength delta puts an error (J'J)^-1 J'Phi delta into its numbers, Phi being the
-//! readings' derivatives by the strengths. Each combination of strengths that the residual tells from the
-//! others, whatever the shapes they are written in, counts as an error as large as the residual shows it, of
-//! a sign that is not known; the noise adds what is left of the residual. Where the residual is noise there
-//! is no discrepancy, and nothing is added; where a random moment is the likelier cause there is no law.
+//! A being the amplitude; p and q are Gaussian processes, and the mid-line has one of its own. Their sizes, and
+//! the noise, are as likely as the departures make them (M. C. Kennedy, A. O'Hagan, J. R. Stat. Soc. B 63, 2001;
+//! universal kriging, N. A. C. Cressie, Statistics for Spatial Data, 1993). Given sizes, the numbers have a
+//! posterior: what such processes could be mistaken for within the record's amplitudes and consistent with its
+//! cycles. A variance is the mean square of truth less printed number over all sizes, by their probability; so
+//! it holds, too, that least squares gave the misfit another weight. Where more than noise is left, the wave's
+//! shape tells nothing: what bends it, in sensor or spring, is what is missing. Where the departures are noise
+//! nothing is missing, and the fit's own covariance stands.
 //!
-//! With the strengths' whole prior in place of what is seen of them, uncertainties come out several times too
-//! wide: shapes that an effect of the model imitates are seen by nothing.
+//! Of halves of 29 measured records that were fitted apart, 90 % of the numbers are within two standard
+//! uncertainties of each other, median 0.5 to 0.7.
 
-mod random;
-mod shapes;
-mod sums;
-mod swing;
+mod cycles;
+mod kernels;
+mod level;
+mod posterior;
 
-use self::random::Shaken;
-pub(crate) use self::shapes::{add_shape, responses, SHAPES};
-pub use self::sums::enough;
-use self::sums::{Likeliest, Sums};
-pub(crate) use self::sums::{Observed, ABOVE_NOISE};
-pub(crate) use self::swing::Swing;
-use crate::statistics::{correlation, independent_share};
+use self::cycles::{Cycles, Measure};
+pub(crate) use self::cycles::{Left, Observed};
+use self::kernels::{alike, Kernels};
+pub use self::level::enough;
+pub(crate) use self::level::ABOVE_NOISE;
+use self::posterior::{likeliest, of_middle, Place, Posterior, Sizes, Told, Tolds};
+use crate::quantity::CHANCE;
 use nalgebra::{DMatrix, DVector};
+use std::cell::RefCell;
+use std::sync::Arc;
 
-/// What is not in the model, as far as the residual shows how large it is.
-#[derive(Clone, Debug)]
+/// The same measure of all releases.
+fn stacked(all: &[Cycles], which: impl Fn(&Cycles) -> &Measure) -> Measure {
+    let parts: Vec<&Measure> = all.iter().map(which).collect();
+    let n = parts.iter().map(|m| m.off.len()).sum();
+    let numbers = parts[0].slopes.ncols();
+    let mut out = Measure {
+        off: DVector::zeros(n),
+        slopes: DMatrix::zeros(n, numbers),
+        variance: DVector::zeros(n),
+    };
+    let mut first = 0;
+    for part in parts {
+        let count = part.off.len();
+        out.off.rows_mut(first, count).copy_from(&part.off);
+        out.slopes.rows_mut(first, count).copy_from(&part.slopes);
+        out.variance.rows_mut(first, count).copy_from(&part.variance);
+        first += count;
+    }
+    out
+}
+
+/// Sizes that the departures leave possible, and the numbers given them.
+#[derive(Clone)]
+struct Believed {
+    probability: f64,
+    /// Of the fitted numbers, truth less fit.
+    off: DVector<f64>,
+    covariance: DMatrix<f64>,
+    level: f64,
+    /// Of frequency and damping the size over the noise's, and what the cycles tell.
+    processes: [(f64, Arc<Told>); 2],
+}
+
+/// What is not in the model, as far as the record's cycles show it.
+#[derive(Clone)]
 pub(crate) struct Discrepancy {
-    /// Strengths of the shapes, shares of the spring's moment at the largest amplitude: a column for each
-    /// combination of shapes that the residual tells from the others.
-    pub(crate) strengths: DMatrix<f64>,
-    /// Derivatives of the fitted numbers by the strengths: a row for each number of the fit, a column for
-    /// each shape.
-    pub(crate) shift: DMatrix<f64>,
-    /// Covariance that a random moment beside the model puts into the fitted numbers.
-    pub(crate) random: DMatrix<f64>,
-    /// Variance of what is left of the residuals over the noise, each counted as one of so many independent.
-    pub(crate) left: f64,
+    /// Mean square of truth less fit of the fitted numbers.
+    covariance: DMatrix<f64>,
+    /// Probability that the rig is shaken.
+    shaken: f64,
+    /// Probability that it is not, and the model lacks no law.
+    nothing: f64,
+    believed: Arc<Vec<Believed>>,
+    swing: Arc<[Measure; 2]>,
+    sums: Arc<DMatrix<f64>>,
+    ln_amplitude: Arc<Vec<f64>>,
+    /// Smallest amplitude of each release, rad.
+    smallest: Vec<f64>,
+    /// Of the release's numbers: their places among all.
+    places: Vec<usize>,
+}
+
+impl std::fmt::Debug for Discrepancy {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Discrepancy").field("covariance", &self.covariance).finish_non_exhaustive()
+    }
 }
 
 impl Discrepancy {
-    /// The covariance that it adds to the fitted numbers.
-    pub(crate) fn covariance(&self) -> DMatrix<f64> {
-        self.of_law() + &self.random
+    /// Mean squares and products of truth less fit of the fitted numbers.
+    pub(crate) fn covariance(&self) -> &DMatrix<f64> {
+        &self.covariance
     }
 
-    /// What of it the smooth moment adds.
-    pub(crate) fn of_law(&self) -> DMatrix<f64> {
-        let moved = &self.shift * &self.strengths;
-        &moved * moved.transpose()
+    /// Whether a random moment is likelier than none.
+    pub(crate) fn is_shaken(&self) -> bool {
+        self.shaken > 0.5
     }
 
-    /// That of one of several releases, whose numbers have these `places` among all.
-    pub(crate) fn of_release(&self, places: &[usize]) -> Self {
-        let random = self.random.select_rows(places).select_columns(places);
-        Self { shift: self.shift.select_rows(places), random, ..self.clone() }
+    /// Whether a law is what is missing.
+    pub(crate) fn lacks_law(&self) -> bool {
+        self.shaken + self.nothing <= 0.5
     }
 
-    /// Whether there is a smooth moment.
-    pub(crate) fn has_law(&self) -> bool {
-        self.strengths.iter().any(|v| *v != 0.0)
+    /// Of release `which`, whose numbers have these `places` among all, natural frequency and damping ratio the
+    /// first of them. At rest the truth is what it is at the smallest amplitude: that counts for these two
+    /// where it is further off.
+    pub(crate) fn of_release(&self, which: usize, places: &[usize], wn_rad_s: f64) -> Self {
+        let covariance = self.covariance.select_rows(places).select_columns(places);
+        let mut own = Self { covariance, places: places.to_vec(), ..self.clone() };
+        let mut rows = [vec![0.0; places.len()], vec![0.0; places.len()]];
+        (rows[0][0], rows[1][1]) = (wn_rad_s.recip(), 1.0);
+        let [share, damping] = own.at(self.smallest[which], [&rows[0], &rows[1]]);
+        for (k, off) in [share * wn_rad_s.powi(2), damping].into_iter().enumerate() {
+            // A number that was not fitted is known.
+            if own.covariance[(k, k)] > 0.0 {
+                own.covariance[(k, k)] = own.covariance[(k, k)].max(off);
+            }
+        }
+        own
+    }
+
+    /// Mean squares of truth less model of natural frequency, as a share, and of damping ratio at an
+    /// amplitude (rad), `rows` being the model's derivatives by the release's numbers.
+    pub(crate) fn at(&self, amplitude_rad: f64, rows: [&[f64]; 2]) -> [f64; 2] {
+        let near = DVector::from_iterator(
+            self.ln_amplitude.len(),
+            self.ln_amplitude.iter().map(|a| alike(*a, amplitude_rad.ln())),
+        );
+        let summed = &*self.sums * near;
+        [0, 1].map(|q| {
+            let mut row = DVector::zeros(self.swing[q].slopes.ncols());
+            self.places.iter().zip(rows[q]).for_each(|(&at, value)| row[at] += value);
+            let of = |b: &Believed| {
+                let (size, told) = &b.processes[q];
+                // Amplitude falls by the damping that there is more.
+                let sign = [1.0, -1.0][q];
+                let common = &summed * (sign * size * size);
+                let weights = told.root.solve(&common);
+                let Measure { off, slopes, .. } = &self.swing[q];
+                let process = weights.dot(&(off - slopes * &b.off));
+                let numbers = &row - slopes.tr_mul(&weights);
+                let variance = b.level * (size * size - weights.dot(&common))
+                    + numbers.dot(&(&b.covariance * &numbers));
+                b.probability * ((row.dot(&b.off) + process).powi(2) + variance.max(0.0))
+            };
+            self.believed.iter().map(of).sum()
+        })
     }
 }
 
-/// What a model of so many `numbers`, fitted to `releases`, lacks; `may_be_noise`: all that is left. `None`
-/// where it lacks nothing that shows: too few residuals as well, or numbers that they do not determine.
-pub(crate) fn of(releases: &[Observed], numbers: usize, may_be_noise: bool) -> Option<Discrepancy> {
-    let sums = Sums::new(releases, numbers)?;
-    // Gain of evidence (in ln) above which a discrepancy is believed: half of the difference of BIC that
-    // effects need. Where the residual is more than noise something is missing, and the likeliest is taken.
-    let needed = if may_be_noise { 0.5 * crate::bic::MARGIN } else { 0.0 };
-    // While the correlation of the residuals is not known yet a fifth of them count.
-    let first = sums.likeliest(0.2, needed)?;
-    let share = independent_share(correlation(&sums.left(releases, &first)));
-    let law = sums.likeliest(share, needed)?;
-    let none = sums.evidence(DVector::zeros(SHAPES), share)?.1;
-    let tried = random::tried(releases, numbers);
-    let shaken = |law: &Likeliest| Shaken::of(&tried, &law.deviations, needed);
-    let evidence = |s: &Option<Shaken>| s.as_ref().map_or(f64::NEG_INFINITY, |s| s.evidence);
-    let (beside_law, alone) = (shaken(&law), shaken(&none));
-    let is_law = evidence(&beside_law) >= evidence(&alone);
-    let (shaken, best) = if is_law { (beside_law, law) } else { (alone, none) };
-    let random = shaken
-        .and_then(|shaken| shaken.covariance(releases, &sums.root))
-        .unwrap_or_else(|| DMatrix::zeros(numbers, numbers));
-    let strengths = sums.apart(&best);
-    let found = Discrepancy { strengths, shift: sums.shift, random, left: best.noise / share };
-    Some(found).filter(|found| found.has_law() || found.random.iter().any(|v| *v != 0.0))
+/// What a model of so many `numbers`, fitted to `releases`, lacks, with this `left` by it. `held`: level of the noise over its floor that the fit's own covariance holds. `None`
+/// where the model lacks nothing that shows: too few cycles as well, or numbers that they do not determine.
+pub(crate) fn of(
+    releases: &[Observed],
+    numbers: usize,
+    left: Left,
+    held: f64,
+) -> Option<Discrepancy> {
+    let all = cycles::of_all(releases, numbers, left != Left::More)?;
+    let kernels = Kernels::of(&all);
+    let swing = [0, 1].map(|q| stacked(&all, |c| &c.swing[q]));
+    let mut known: DMatrix<f64> = all.iter().map(|cycles| &cycles.rest).sum();
+    let middle = of_middle(&stacked(&all, |c| &c.middle), &kernels.process)?;
+    known += middle.matrix;
+    let pull = middle.gradient;
+    let sizes = Sizes::of(left);
+    let told = Tolds { swing: &swing, kernels: &kernels, sizes: &sizes, known: RefCell::default() };
+    let posterior = |at: Place| {
+        let both = told.at(at)?;
+        Some((Posterior::of([&both[0], &both[1]], &known, &pull)?, both))
+    };
+    let (each, most) = likeliest(&sizes, |at| Some(sizes.prior(at)? + posterior(at)?.0.evidence));
+    let weights: f64 = each.iter().map(|e| (e.1 - most).exp()).sum();
+    let mut covariance = DMatrix::zeros(numbers, numbers);
+    let (mut nothing, mut shaken, mut level) = (0.0, 0.0, 0.0);
+    let mut believed = Vec::new();
+    for (at, evidence) in each {
+        let probability = (evidence - most).exp() / weights;
+        let (found, both) = posterior(at)?;
+        covariance += (&found.covariance + &found.off * found.off.transpose()) * probability;
+        level += probability * found.level;
+        if at.iter().zip(&sizes.each).all(|(k, sizes)| sizes[*k].0 == 0.0) {
+            nothing += probability;
+        }
+        if at[2] > 0 {
+            shaken += probability;
+        }
+        let [phase, amplitude] = both;
+        let processes = [(sizes.each[0][at[0]].0, phase), (sizes.each[1][at[1]].0, amplitude)];
+        let Posterior { off, covariance, level, .. } = found;
+        believed.push(Believed { probability, off, covariance, level, processes });
+    }
+    // White noise has this level but for chance.
+    let chance = CHANCE * (1.0 / kernels.ln_amplitude.len() as f64).sqrt();
+    if nothing > 0.5 && level < (1.0 + chance) * held.max(1.0) {
+        return None;
+    }
+    if believed.is_empty() {
+        return None;
+    }
+    Some(Discrepancy {
+        covariance,
+        shaken,
+        nothing,
+        believed: Arc::new(believed),
+        swing: Arc::new(swing),
+        sums: Arc::new(kernels.sums),
+        ln_amplitude: Arc::new(kernels.ln_amplitude),
+        smallest: all.iter().map(Cycles::smallest_rad).collect(),
+        places: (0..numbers).collect(),
+    })
 }
 
 #[cfg(test)]

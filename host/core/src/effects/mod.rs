@@ -24,7 +24,7 @@ pub use measured::{Line, MeasuredLaw, MEASURED_LAW};
 pub(crate) use memory::Memories;
 pub use sourced::{Source, Sourced};
 pub use terms::Terms;
-pub(crate) use terms::{Moment, Moments, States, LANES};
+pub(crate) use terms::{Moments, States, LANES};
 pub(crate) use terms::{Rotation, State};
 pub use yawrig_expression::{Parameter, MOST_OWN};
 

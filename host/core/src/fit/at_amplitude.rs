@@ -1,17 +1,14 @@
 //! Natural frequency and damping ratio of a model against amplitude: what an engineer takes away where a law
 //! is not linear.
 
-use crate::discrepancy::{add_shape, Discrepancy, ABOVE_NOISE, SHAPES};
 use crate::fit::fitted::{not_below_zero, Fitted};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::problem::DIFFERENCE;
 use crate::identify::samples::Samples;
-use crate::identify::windows::{self, windows, Window};
+use crate::identify::windows::{windows, Window};
 pub use crate::identify::AtAmplitude;
 use crate::motion::simulate::{Grid, Motion};
 use crate::quantity::Quantity;
-use crate::record::Derivative;
-use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 
 /// wn and zeta of `model` at amplitudes from the largest to the smallest that it was fitted to in `decay`,
@@ -27,31 +24,15 @@ pub fn at_amplitudes(decay: &FreeDecay, model: &Fitted) -> Vec<AtAmplitude> {
     let (yaw, rate) = unread.readings_and_rates(&grid);
     let envelope: Vec<f64> = yaw.iter().zip(&rate).map(|(b, r)| (b - rest).hypot(r / wn)).collect();
     let (Some(&first), Some(&last)) = (envelope.first(), envelope.last()) else { return vec![] };
-    let off = off(decay, model);
     let at = |amplitude_rad: f64| {
         // Whoever asked for an end finds out why there is none.
         if decay.stop.is_requested() {
             return None;
         }
         let passed = envelope.iter().position(|a| *a <= amplitude_rad * (1.0 + 1e-9));
-        let missed = missed(&off, decay.measurand.shown(amplitude_rad));
-        of_cycle(model, amplitude_rad, decay.grid.time_s(passed?), decay, missed)
+        of_cycle(model, amplitude_rad, decay.grid.time_s(passed?), decay)
     };
     AtAmplitude::amplitudes(first, last).filter_map(at).collect()
-}
-
-/// `model` with uncertainties that hold what it lacks, too: as far as what it leaves of `decay` shows how
-/// much that is, and, where a linear step from the model does not get there, as far as the record's own
-/// windows are off it.
-pub(crate) fn with_discrepancy(model: Fitted, decay: &FreeDecay) -> Fitted {
-    with_windows(model.with_discrepancy(decay), decay)
-}
-
-/// The same of a `model` that has its discrepancy already.
-pub(crate) fn with_windows(mut model: Fitted, decay: &FreeDecay) -> Fitted {
-    let off = off(decay, &model);
-    model.missed = off.last().map_or([0.0; 2], |smallest| missed(&off, smallest.amplitude_deg));
-    model
 }
 
 /// Windows of three cycles of what reads `yaw_rad`, sampled and cut as the record is: whatever they do to one
@@ -66,61 +47,17 @@ pub(crate) fn windows_of(decay: &FreeDecay, yaw_rad: &[f64]) -> Vec<Window> {
     windows(&mut samples, time_s[0], decay.grid.time_s(yaw_rad.len()), decay.frequency_rad_s).0
 }
 
-/// By how much natural frequency and damping ratio of the record's windows are off those of the `model`'s own
-/// readings, from the largest amplitude to the smallest; none where it lacks nothing.
-fn off(decay: &FreeDecay, model: &Fitted) -> Vec<AtAmplitude> {
-    // Where the phase is lost a linear step sees no law.
-    let has_law = model.discrepancy.as_ref().is_some_and(Discrepancy::has_law);
-    let is_down = !has_law && model.over_noise(decay) <= ABOVE_NOISE;
-    if is_down || decay.stop.is_requested() {
-        return Vec::new();
-    }
-    let of_model = windows_of(decay, &model.readings(&decay.grid));
-    let apart = |a: &Window, b: &Window| (a.from_s + a.to_s - b.from_s - b.to_s).abs();
-    let less = |seen: &Window| {
-        let near = of_model.iter().min_by(|a, b| apart(a, seen).total_cmp(&apart(b, seen)))?;
-        Some(Window {
-            amplitude_deg: seen.motion_amplitude_deg(decay.measurand.derivative()),
-            natural_frequency_rad_s: seen.natural_frequency_rad_s - near.natural_frequency_rad_s,
-            damping_ratio: seen.damping_ratio - near.damping_ratio,
-            ..*seen
-        })
-    };
-    let seen = windows_of(decay, &decay.yaw_rad);
-    let off: Vec<Window> = seen.iter().filter_map(less).collect();
-    windows::at_amplitudes(&off, Derivative::default())
-}
-
-/// Squares of what the model is off at the nearest of these amplitudes, beyond what noise leaves uncertain;
-/// and no less than over all of them, as what is off passes through zero by chance.
-fn missed(off: &[AtAmplitude], amplitude_deg: f64) -> [f64; 2] {
-    let beyond_noise = |a: &AtAmplitude| {
-        [a.natural_frequency_rad_s, a.damping_ratio].map(|q| q.value * q.value - q.u * q.u)
-    };
-    let apart = |a: &&AtAmplitude| (a.amplitude_deg / amplitude_deg).ln().abs();
-    let nearest = off.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
-    let here = nearest.map_or([0.0; 2], beyond_noise);
-    let of_all = |q: usize| off.iter().map(|a| beyond_noise(a)[q]).sum::<f64>() / off.len() as f64;
-    [0, 1].map(|q| here[q].max(of_all(q)).max(0.0))
-}
-
 fn of_cycle(
     model: &Fitted,
     amplitude_rad: f64,
     start_s: f64,
     decay: &FreeDecay,
-    missed: [f64; 2],
 ) -> Option<AtAmplitude> {
-    let of = |p: &[f64], lacking: Option<(usize, f64)>| {
-        let (mut motion, _) = model.structure.motion(p, decay.around());
-        if let Some((which, strength)) = lacking {
-            add_shape(&mut motion, which, strength, decay.amplitude_rad);
-        }
-        cycle(&motion, amplitude_rad, start_s)
-    };
-    let values = of(&model.parameters, None)?;
+    let of =
+        |p: &[f64]| cycle(&model.structure.motion(p, decay.around()).0, amplitude_rad, start_s);
+    let values = of(&model.parameters)?;
     let mut variances = [f64::NAN; 2];
-    if let Some(covariance) = model.covariance_but_for_law() {
+    if let Some(covariance) = &model.covariance {
         let sizes = model.structure.sizes(decay);
         let mut p = model.parameters.clone();
         // By each number but the state and the sensor's zero, which a cycle from rest has not.
@@ -131,34 +68,26 @@ fn of_cycle(
         for j in (0..p.len()).filter(free) {
             let step = DIFFERENCE * sizes[j];
             p[j] = model.parameters[j] + step;
-            let there = of(&p, None)?;
+            let there = of(&p)?;
             p[j] = model.parameters[j];
             for q in 0..2 {
                 rows[q][j] = (there[q] - values[q]) / step;
             }
         }
-        for q in 0..2 {
-            let row = nalgebra::DVector::from_column_slice(&rows[q]);
-            variances[q] = (row.transpose() * &covariance * &row)[(0, 0)];
-        }
-        if let Some(lacking) = &model.discrepancy {
-            let mut off = DMatrix::zeros(2, SHAPES);
-            for which in 0..SHAPES {
-                let there = of(&model.parameters, Some((which, DIFFERENCE)))?;
-                let shift = lacking.shift.column(which);
-                for (q, row) in rows.iter().enumerate() {
-                    let shifted: f64 = row.iter().zip(&shift).map(|(row, by)| row * by).sum();
-                    off[(q, which)] = shifted - (there[q] - values[q]) / DIFFERENCE;
-                }
+        variances = match &model.discrepancy {
+            Some(lacking) => {
+                let [wn, zeta] = &mut rows;
+                wn.iter_mut().for_each(|v| *v /= values[0]);
+                let [share, damping] = lacking.at(amplitude_rad, [wn, zeta]);
+                [share * values[0].powi(2), damping]
             }
-            let off = off * &lacking.strengths;
-            for (variance, off) in variances.iter_mut().zip(off.row_iter()) {
-                *variance += off.norm_squared();
-            }
-        }
+            None => [0, 1].map(|q| {
+                let row = nalgebra::DVector::from_column_slice(&rows[q]);
+                row.dot(&(covariance * &row)) * model.inflation
+            }),
+        };
     }
-    let variance = |q: usize| not_below_zero(variances[q]) + missed[q];
-    let quantity = |q: usize| Quantity::new(values[q], variance(q).sqrt());
+    let quantity = |q: usize| Quantity::new(values[q], not_below_zero(variances[q]).sqrt());
     Some(AtAmplitude {
         amplitude_deg: decay.measurand.shown(amplitude_rad),
         natural_frequency_rad_s: quantity(0),
@@ -188,6 +117,7 @@ fn cycle(motion: &Motion, amplitude_rad: f64, start_s: f64) -> Option<[f64; 2]> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::discrepancy::ABOVE_NOISE;
     use crate::effects::{Effect, Terms};
     use crate::fit::fitting::{fit_added, fit_plain};
     use crate::record::Record;
@@ -281,11 +211,11 @@ mod tests {
         let plain = fit_plain(&decay, false, decay.yaw_rad.len());
         let fit = fit_added(&decay, &plain, &Effect::OddQuadraticStiffness);
         let miss = |q: Quantity| (q.value - truth).abs() / q.u;
-        let linear = fit.clone().with_discrepancy(&decay).natural_frequency_rad_s();
-        let held = with_discrepancy(fit, &decay).natural_frequency_rad_s();
-        println!("planted {truth:.3}: {linear} by a linear step, {held} with the windows");
+        let by_noise = fit.natural_frequency_rad_s();
+        let held = fit.with_discrepancy(&decay).natural_frequency_rad_s();
+        println!("planted {truth:.3}: {by_noise} by noise, {held} with what it lacks");
         assert!(miss(held) < 2.0, "{held}, planted {truth}");
-        assert!(miss(linear) > miss(held), "{linear}, {held}");
+        assert!(miss(by_noise) > miss(held), "{by_noise}, {held}");
     }
 
     /// A periodic moment beats with the oscillation: windows of three cycles swing by a per cent and more. In
@@ -301,7 +231,7 @@ mod tests {
         });
         let decay = FreeDecay::of(&record).expect("a free decay");
         let plain = fit_plain(&decay, false, decay.yaw_rad.len());
-        let fit = with_discrepancy(fit_added(&decay, &plain, &Effect::HarmonicForcing), &decay);
+        let fit = fit_added(&decay, &plain, &Effect::HarmonicForcing).with_discrepancy(&decay);
         let largest = decay.windows.iter().map(|w| (w.natural_frequency_rad_s / wn - 1.0).abs());
         let largest = largest.fold(0.0, f64::max);
         println!("{} over noise, windows off by up to {largest:.4}", fit.over_noise(&decay));

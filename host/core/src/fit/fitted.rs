@@ -77,9 +77,6 @@ pub struct Fitted {
     pub(crate) modal_inflation: f64,
     /// What the model lacks, once it has been asked for and there is something.
     pub(crate) discrepancy: Option<Discrepancy>,
-    /// Squares of what natural frequency and damping ratio at rest are off the record's own at its smallest
-    /// amplitudes.
-    pub(crate) missed: [f64; 2],
     around: Around,
 }
 
@@ -105,7 +102,6 @@ impl Fitted {
             inflation: 1.0,
             modal_inflation: 1.0,
             discrepancy: None,
-            missed: [0.0; 2],
             around,
         };
         fitted.inflation = fitted.count as f64 / fitted.effective_count();
@@ -120,12 +116,14 @@ impl Fitted {
         let release = Release { decay, count: self.count };
         let problem = problem_of_one(release, &self.structure, &self.parameters);
         let covariance = problem.off_bounds(&self.parameters, &covariance);
-        let Some(found) = problem.discrepancy(&self.parameters, &fixed) else {
+        let held = self.over_noise(decay).powi(2) * self.inflation;
+        let Some(found) = problem.discrepancy(&self.parameters, &fixed, held) else {
             self.covariance = Some(covariance);
             return self;
         };
-        let share = found.left / self.over_noise(decay).powi(2);
-        self.covariance = Some(covariance * share + found.covariance());
+        let places: Vec<usize> = (0..self.parameters.len()).collect();
+        let found = found.of_release(0, &places, self.parameters[0]);
+        self.covariance = Some(found.covariance().clone());
         (self.inflation, self.modal_inflation) = (1.0, 1.0);
         self.discrepancy = Some(found);
         self
@@ -151,11 +149,6 @@ impl Fitted {
         self
     }
 
-    /// Covariance of the numbers but for what a smooth moment beside the model adds.
-    pub(crate) fn covariance_but_for_law(&self) -> Option<DMatrix<f64>> {
-        let all = self.covariance.as_ref()? * self.inflation;
-        Some(self.discrepancy.as_ref().map_or_else(|| all.clone(), |d| &all - d.of_law()))
-    }
     /// Root mean square of the residuals, less the numbers fitted.
     pub fn rms_rad(&self) -> f64 {
         (self.sum_of_squares / self.degrees_of_freedom()).sqrt()
@@ -183,8 +176,7 @@ impl Fitted {
         let u = self
             .covariance
             .as_ref()
-            .map_or(f64::NAN, |c| (c[(index, index)] * self.modal_inflation).max(0.0).sqrt())
-            .hypot(self.missed[index].sqrt());
+            .map_or(f64::NAN, |c| (c[(index, index)] * self.modal_inflation).max(0.0).sqrt());
         Quantity::new(self.parameters[index], u)
     }
     /// At rest.
@@ -253,11 +245,7 @@ impl Fitted {
         let of = |a: &(String, Vec<f64>, f64), b: &(String, Vec<f64>, f64)| {
             between(covariance, &a.1, &b.1) * a.2 * b.2
         };
-        let mut matrix: Vec<Vec<f64>> =
-            all.iter().map(|a| all.iter().map(|b| of(a, b)).collect()).collect();
-        for (at, missed) in self.missed.iter().enumerate() {
-            matrix[at][at] += missed;
-        }
+        let matrix = all.iter().map(|a| all.iter().map(|b| of(a, b)).collect()).collect();
         Some(Covariance { names: all.into_iter().map(|a| a.0).collect(), matrix })
     }
 

@@ -113,6 +113,29 @@ pub struct FreeDecay {
 }
 
 impl FreeDecay {
+    /// Phase of the oscillation at the first `count` means, about: what the windows' frequencies add up to.
+    pub(crate) fn phase_rad(&self, count: usize) -> Vec<f64> {
+        let times: Vec<f64> = self.windows.iter().map(|w| w.time_s - self.release_time_s).collect();
+        let frequency = |t: f64| {
+            let next = times.partition_point(|known| *known < t);
+            let [below, above] = [next.saturating_sub(1), next.min(times.len() - 1)];
+            let [a, b] = [below, above].map(|k| self.windows[k].natural_frequency_rad_s);
+            match times[above] > times[below] {
+                true => {
+                    a + (b - a)
+                        * ((t - times[below]) / (times[above] - times[below])).clamp(0.0, 1.0)
+                }
+                false => a,
+            }
+        };
+        let mut phase_rad = 0.0;
+        let of = |k: usize| {
+            phase_rad += frequency(self.grid.time_s(k)) * self.grid.step_s;
+            phase_rad
+        };
+        (0..count).map(of).collect()
+    }
+
     /// Everything between release and rest.
     ///
     /// # Errors

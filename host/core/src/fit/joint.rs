@@ -13,7 +13,6 @@
 use crate::at_once::AtOnce;
 use crate::bic;
 use crate::effects::Effect;
-use crate::fit::at_amplitude::with_windows;
 use crate::fit::fitting::{are_moved_by_steps, enough, held_out_over_noise, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 pub use crate::fit::problem::Release;
@@ -87,16 +86,16 @@ impl JointFit {
             .zip(&self.parameters)
             .map(|((v, (low, high)), p)| *v == 0.0 || p <= low || p >= high)
             .collect();
-        let Some(found) = problem.discrepancy(&self.parameters, &fixed) else { return self };
-        let covariance = covariance * (found.left / self.over_noise().powi(2)) + found.covariance();
-        for (fit, places) in self.fits.iter_mut().zip(&self.places.of) {
-            fit.covariance = Some(covariance.select_rows(places).select_columns(places));
+        let held = self.over_noise().powi(2) * self.inflation;
+        let Some(found) = problem.discrepancy(&self.parameters, &fixed, held) else { return self };
+        let covariance = found.covariance().clone();
+        for (i, (fit, places)) in self.fits.iter_mut().zip(&self.places.of).enumerate() {
+            let own = found.of_release(i, places, fit.parameters[0]);
+            fit.covariance = Some(own.covariance().clone());
             fit.modal_inflation /= fit.inflation;
             fit.inflation = 1.0;
-            fit.discrepancy = Some(found.of_release(places));
+            fit.discrepancy = Some(own);
         }
-        let each = self.fits.into_iter().zip(releases);
-        self.fits = each.map(|(fit, release)| with_windows(fit, release.decay)).collect();
         (self.covariance, self.inflation) = (Some(covariance), 1.0);
         self
     }

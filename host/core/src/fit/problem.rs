@@ -1,13 +1,12 @@
 //! The residuals of one or several releases as a problem to be minimised.
 
 use crate::at_once::AtOnce;
-use crate::discrepancy::{self, Discrepancy, Observed, Swing};
+use crate::discrepancy::{self, Discrepancy, Left, Observed};
 use crate::effects::Effect;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::sharing::{Places, Sharing};
 use crate::fit::structure::Structure;
 use crate::motion::simulate::{readings_of_all, Grid, Motion};
-use crate::record::Derivative;
 use crate::solver::{minimise, off_bounds, Fit, Options, Problem, Rows};
 use crate::statistics::median;
 use nalgebra::{DMatrix, DVector};
@@ -137,24 +136,18 @@ impl Part<'_> {
         columns.iter_mut().for_each(|column| drop(column.drain(stopping.clone())));
         let free = self.free.iter().map(|&j| self.places[j]).zip(columns);
         let (places, columns) = free.filter(|(at, _)| !fixed[*at]).unzip();
-        let p = self.numbers(all);
-        let step = difference(&self.structure);
-        let (motion, _) = self.motion(&p);
-        let mut responses =
-            discrepancy::responses(&motion, &self.grid(), decay.amplitude_rad, step);
-        for response in &mut responses {
-            response.iter_mut().for_each(|y| *y /= decay.noise_rad);
-            response.truncate(count);
-            response.resize(residuals.len(), 0.0);
+        let weight = decay.noise_rad.recip();
+        Observed {
+            readings: decay.yaw_rad[..count].iter().map(|y| y * weight).collect(),
+            residuals,
+            places,
+            columns,
+            phase_rad: decay.phase_rad(count),
+            unit_rad: decay
+                .measurand
+                .derivative()
+                .of_motion(decay.noise_rad, decay.frequency_rad_s),
         }
-        let mut still = motion.clone();
-        still.terms.observed = Derivative::None;
-        let grid = Grid { count, ..self.grid() };
-        let (mut yaw, rate) = still.readings_and_rates(&grid);
-        let rest = still.rest_rad();
-        yaw.iter_mut().for_each(|b| *b -= rest);
-        let swing = Swing::of(grid.step_s, &yaw, &rate, p[0]);
-        Observed { residuals, count, places, columns, responses, swing }
     }
 
     /// The roughness of a measured law as further residuals: in proportion to the means, so that pieces of a
@@ -292,17 +285,23 @@ impl<'a> JointProblem<'a> {
             .collect()
     }
 
-    /// What the model lacks at its fitted numbers `all`, those marked `fixed` apart; `None` where it lacks
-    /// nothing that shows.
-    pub(crate) fn discrepancy(&self, all: &[f64], fixed: &[bool]) -> Option<Discrepancy> {
+    /// What the model lacks at its fitted numbers `all`, those marked `fixed` apart, `held` being the level of the
+    /// noise that their own covariance holds; `None` where it lacks nothing that shows.
+    pub(crate) fn discrepancy(
+        &self,
+        all: &[f64],
+        fixed: &[bool],
+        held: f64,
+    ) -> Option<Discrepancy> {
         // Once somebody asks for an end, whoever asked finds out why there is none.
         let observed = |part: &Part| {
             (!part.release.decay.stop.is_requested()).then(|| part.observed(all, fixed))
         };
         let releases: Vec<Observed> =
             self.parts.iter().map_at_once(observed).collect::<Option<_>>()?;
-        let may_be_noise = releases.iter().all(Observed::may_be_noise);
-        discrepancy::of(&releases, all.len(), may_be_noise)
+        let is_noise = releases.iter().all(Observed::is_noise);
+        let left = if is_noise { Left::Noise } else { Left::More };
+        discrepancy::of(&releases, all.len(), left, held)
     }
 
     /// `covariance` at the numbers `all` of one release, with a variance for those that ended on a bound

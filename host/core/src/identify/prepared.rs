@@ -14,7 +14,9 @@ use super::samples::{Samples, Stretch};
 use super::trend::{self, Trends};
 use super::uncertainty::{self, Bound, Lacking, Uncertainty};
 use super::windows::{self, Window};
-use super::{AmplitudeWindow, AtAmplitude, Estimate, Method, Refusal, Settings, WindowEstimate};
+use super::{
+    AmplitudeWindow, AtAmplitude, Estimate, Method, OneMode, Refusal, Settings, WindowEstimate,
+};
 use crate::quantity::Quantity;
 use crate::record::Record;
 use crate::statistics::{median, sample_noise};
@@ -279,7 +281,11 @@ impl Prepared<'_> {
     /// In words, where no oscillation has these values.
     pub(crate) fn judged(&self, method: Method, values: Values) -> Result<Estimate, String> {
         let trends = trend::of(&self.windows);
-        let one_mode = trends.holding(&values);
+        let one_mode = trends.holding(OneMode {
+            natural_frequency_rad_s: values.natural_frequency_rad_s,
+            damping_ratio: values.damping_ratio,
+            lacking: values.lacking,
+        });
         let over = self.over_window(&trends);
         let (wn, zeta) = match (&over, method) {
             (Some(over), Method::LeastSquares) => {

@@ -1,7 +1,7 @@
 //! Whether wn or zeta changes with amplitude: the first sign of a missing effect.
 
 use super::windows::Window;
-use super::{OneMode, Values};
+use super::OneMode;
 
 /// How many standard uncertainties a slope must differ from zero: windows are few and their uncertainties
 /// estimates.
@@ -17,10 +17,9 @@ pub(super) struct Trends {
 }
 
 impl Trends {
-    /// One mode with uncertainties that hold the spread over the windows of what changes with amplitude.
-    pub(super) fn holding(&self, values: &Values) -> OneMode {
-        let (mut wn, mut zeta) = (values.natural_frequency_rad_s, values.damping_ratio);
-        let mut lacking = values.lacking;
+    /// `one` mode with uncertainties that hold the spread over the windows of what changes with amplitude.
+    pub(super) fn holding(&self, mut one: OneMode) -> OneMode {
+        let OneMode { natural_frequency_rad_s: wn, damping_ratio: zeta, lacking } = &mut one;
         let spreads = [
             (&mut wn.u, &mut lacking.natural_frequency_rad_s, self.frequency),
             (&mut zeta.u, &mut lacking.damping_ratio, self.damping),
@@ -29,7 +28,7 @@ impl Trends {
             let more = spread.map_or(0.0, |spread| spread * spread - *u * *u).max(0.0).sqrt();
             (*u, *lacking) = (u.hypot(more), lacking.hypot(more));
         }
-        OneMode { natural_frequency_rad_s: wn, damping_ratio: zeta, lacking }
+        one
     }
 }
 

@@ -8,9 +8,7 @@
 use super::damped_sinusoid::{DampedSinusoid, Mode};
 use super::least_squares::ModeFit;
 use super::samples::Stretch;
-use crate::discrepancy::{self, Discrepancy, Observed, Swing};
-use crate::effects::Terms;
-use crate::motion::simulate::{Grid, Motion};
+use crate::discrepancy::{self, Discrepancy, Left, Observed};
 use crate::record::Derivative;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
@@ -22,7 +20,12 @@ const HALF_WIDTH_BINS: usize = 12;
 const LEAST_HALF_WIDTH: usize = 3;
 /// Means a cycle on which it is seen what a mode lacks, and the step by which a law is tried there.
 const MEANS_PER_CYCLE: f64 = 50.0;
-const DIFFERENCE: f64 = 1e-6;
+/// Times the frequency of the mode, between which noise is what is left; and so many bins tell its density to
+/// an eighth.
+const ABOVE: [f64; 2] = [2.5, 7.5];
+const MOST_BINS: usize = 64;
+/// Least noise, as a share of the amplitude: what rounding leaves.
+const LEAST_NOISE: f64 = 1e-9;
 /// Complex bins that fitting amplitude, phase, wn and zeta takes out of the residual.
 const ABSORBED: f64 = 2.0;
 
@@ -70,21 +73,34 @@ impl ModeFit {
     ) -> Option<Uncertainty> {
         let residuals = DampedSinusoid { stretch: *stretch }.residuals_deg(&self.mode);
         let noise = of(self, stretch, &residuals)?;
-        let Some(found) = discrepancy(&self.mode, stretch, derivative, &residuals) else {
+        let least = LEAST_NOISE * self.mode.amplitude_deg(stretch.start_s());
+        let variance = self.fit.variance();
+        let beside = density_above(stretch, &residuals, self.mode.damped_frequency_rad_s);
+        let floor = beside.unwrap_or(variance).sqrt().max(least);
+        let held = noise.spectral_ratio * variance / (floor * floor);
+        let Some(found) = discrepancy(&self.mode, stretch, derivative, &residuals, floor, held)
+        else {
             return Some(noise);
         };
-        let all = modal_deviations(&self.mode, &found.covariance());
-        let law = modal_deviations(&self.mode, &found.of_law());
+        let all = modal_deviations(&self.mode, found.covariance());
+        let more = |all: f64, noise: f64| match found.lacks_law() {
+            true => (all * all - noise * noise).max(0.0).sqrt(),
+            false => 0.0,
+        };
+        let natural_frequency_rad_s =
+            all.natural_frequency_rad_s.max(noise.natural_frequency_rad_s);
+        let damping_ratio = all.damping_ratio.max(noise.damping_ratio);
         Some(Uncertainty {
-            natural_frequency_rad_s: noise
-                .natural_frequency_rad_s
-                .hypot(all.natural_frequency_rad_s),
-            damping_ratio: noise.damping_ratio.hypot(all.damping_ratio),
+            natural_frequency_rad_s,
+            damping_ratio,
             lacking: Lacking {
-                natural_frequency_rad_s: law.natural_frequency_rad_s,
-                damping_ratio: law.damping_ratio,
+                natural_frequency_rad_s: more(
+                    natural_frequency_rad_s,
+                    noise.natural_frequency_rad_s,
+                ),
+                damping_ratio: more(damping_ratio, noise.damping_ratio),
             },
-            is_shaken: found.random.iter().any(|v| *v != 0.0),
+            is_shaken: found.is_shaken(),
             ..noise
         })
     }
@@ -96,52 +112,49 @@ fn discrepancy(
     stretch: &Stretch<'_>,
     derivative: Derivative,
     residuals_deg: &[f64],
+    noise_deg: f64,
+    held: f64,
 ) -> Option<Discrepancy> {
     let per_cycle = TAU / mode.damped_frequency_rad_s / stretch.step_s;
-    let step_s = (per_cycle / MEANS_PER_CYCLE).floor().max(1.0) * stretch.step_s;
+    let block = (per_cycle / MEANS_PER_CYCLE).floor().max(1.0);
+    let step_s = block * stretch.step_s;
     let count = (stretch.duration_s() / step_s) as usize;
     let (mut sums, mut seen) = (vec![0.0; count], vec![0.0f64; count]);
     for (k, residual_deg) in residuals_deg.iter().enumerate().filter(|(k, _)| !stretch.excluded[*k])
     {
         let bin = ((stretch.time_s[k] - stretch.start_s()) / step_s + 1e-6) as usize;
         if bin < count {
-            sums[bin] -= residual_deg.to_radians();
+            sums[bin] += residual_deg;
             seen[bin] += 1.0;
         }
     }
+    // Of the mean of a block.
+    let noise_deg = noise_deg / block.sqrt();
     let start_s = stretch.start_s() + 0.5 * (step_s - stretch.step_s);
-    let (wn, zeta) = (mode.natural_frequency_rad_s(), mode.damping_ratio());
-    let recorded = [mode.yaw_deg(start_s) - mode.offset_deg, mode.rate_deg_s(start_s)];
-    let [yaw_rad, rate_rad_s] = derivative.state(recorded.map(f64::to_radians), wn, zeta);
-    let mut terms = Terms::default();
-    terms.observed = derivative;
-    let motion =
-        Motion { natural_frequency_rad_s: wn, damping_ratio: zeta, yaw_rad, rate_rad_s, terms };
-    let largest =
-        mode.amplitude_deg(start_s).max(mode.amplitude_deg(start_s + stretch.duration_s()));
-    let yaw_rad = derivative.of_motion(largest, wn);
-    let grid = Grid { start_s: 0.0, step_s, count, mean_width_s: 0.0 };
-    let mut responses = discrepancy::responses(&motion, &grid, yaw_rad.to_radians(), DIFFERENCE);
-    let [a, b, _, s, w] = mode.parameters_at(start_s);
+    let [a, b, c, s, w] = mode.parameters_at(start_s);
     let mut columns = vec![vec![0.0; count]; 5];
-    for (k, seen) in seen.iter().enumerate().filter(|(_, seen)| **seen > 0.0) {
+    let (mut readings, mut residuals) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    for k in 0..count {
         let t = k as f64 * step_s;
         let (e, (sin, cos)) = ((-s * t).exp(), (w * t).sin_cos());
         let (u, v) = (e * cos, e * sin);
         let slopes = [u, v, 1.0, -t * (a * u + b * v), t * (b * u - a * v)];
-        columns.iter_mut().zip(slopes).for_each(|(column, slope)| column[k] = slope.to_radians());
-        sums[k] /= seen;
+        columns.iter_mut().zip(slopes).for_each(|(column, slope)| column[k] = slope / noise_deg);
+        // Where no sample counts it is as the mode says.
+        let off = sums[k] / seen[k].max(1.0) / noise_deg;
+        residuals.push(-off);
+        readings.push((a * u + b * v + c) / noise_deg + off);
     }
-    // Where no sample counts nothing is observed.
-    for (k, _) in seen.iter().enumerate().filter(|(_, seen)| **seen == 0.0) {
-        responses.iter_mut().for_each(|response| response[k] = 0.0);
-    }
-    let places = (0..5).collect();
-    let phase_rad = (0..count).map(|k| w * k as f64 * step_s).collect();
-    let amplitudes = [1.0, (-s * count as f64 * step_s).exp()];
-    let swing = Some(Swing { step_s, phase_rad, amplitudes });
-    let observed = Observed { residuals: sums, count, places, columns, responses, swing };
-    discrepancy::of(&[observed], 5, true)
+    let observed = Observed {
+        readings,
+        residuals,
+        places: (0..5).collect(),
+        columns,
+        phase_rad: (0..count).map(|k| w * k as f64 * step_s).collect(),
+        unit_rad: derivative.of_motion(noise_deg.to_radians(), mode.natural_frequency_rad_s()),
+    };
+    let left = if observed.is_noise() { Left::Noise } else { Left::Unknown };
+    discrepancy::of(&[observed], 5, left, held)
 }
 
 /// From a fit and its residuals (record - model, at every sample of the stretch).
@@ -195,6 +208,24 @@ fn modal_deviations(mode: &Mode, covariance: &DMatrix<f64>) -> Bound {
     };
     let [wn, zeta] = mode.modal_jacobian();
     Bound { natural_frequency_rad_s: deviation(wn), damping_ratio: deviation(zeta) }
+}
+
+/// Power spectral density of the residual where neither the motion nor what a model of it lacks has much: from
+/// between the mode and its second harmonic on. Noise has the same about the mode. `None` where the samples are
+/// not dense enough.
+fn density_above(
+    stretch: &Stretch<'_>,
+    residuals_deg: &[f64],
+    frequency_rad_s: f64,
+) -> Option<f64> {
+    let duration = stretch.duration_s();
+    let bin = |times: f64| (times * frequency_rad_s * duration / TAU).ceil() as usize;
+    let highest = (0.45 * duration / stretch.step_s) as usize;
+    let range = bin(ABOVE[0])..=bin(ABOVE[1]).min(highest);
+    let step = (range.clone().count() / MOST_BINS).max(1);
+    let bins: Vec<usize> = range.step_by(step).collect();
+    (bins.len() > LEAST_HALF_WIDTH)
+        .then(|| power(stretch, residuals_deg, &bins) / bins.len() as f64)
 }
 
 /// Power spectral density of the residual about `frequency_rad_s`, scaled so that white noise of variance v
