@@ -63,6 +63,7 @@ pub mod conversions;
 pub mod crash;
 pub mod decimated;
 pub mod device;
+mod envelope;
 pub mod estimator;
 mod flash;
 pub mod input;

@@ -239,6 +239,7 @@ impl Measuring {
         if let Some(mean) = block {
             self.signal.block(mean);
             self.judge();
+            self.outlive_gap();
             if watching == Phase::Waiting {
                 // The noise is only just being known.
                 self.set_limits(LEAST_TURN_NOISE);

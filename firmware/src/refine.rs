@@ -381,7 +381,9 @@ impl Fit {
         let across = l[4][3] / l[3][3];
         let ww = variance / (l[4][4] * l[4][4]);
         self.covariance = [variance / (l[3][3] * l[3][3]) + across * across * ww, -across * ww, ww];
-        self.best.frequency * length > core::f64::consts::PI
+        // Half a cycle at least, and no more than half of one in a mean.
+        let half = core::f64::consts::PI;
+        self.best.frequency * length > half && self.best.frequency < half
     }
 
     /// The best there is.

@@ -13,13 +13,23 @@ use yawrig_shared::wire::{Condition, Flags, Measured, Precise, Refined};
 /// Blocks recorded with one sample at most.
 const AT_ONCE: u32 = 4;
 
+/// Beyond so many standard uncertainties windows and refined estimate contradict each other.
+const CONTRADICTED: f32 = 4.0;
+
 /// What the fit is for.
 #[derive(Clone, Copy, Debug)]
-struct Release {
-    number: u32,
-    flags: Flags,
-    condition: Option<Condition>,
-    clock_u: f32,
+pub struct Release {
+    pub number: u32,
+    pub flags: Flags,
+    pub condition: Option<Condition>,
+    pub clock_u: f32,
+    /// What its windows say, with the network's own error in the uncertainty.
+    pub windows: Option<[Measured; 2]>,
+}
+
+impl Release {
+    const NONE: Self =
+        Self { number: 0, flags: Flags(0), condition: None, clock_u: 0.0, windows: None };
 }
 
 /// What is going on.
@@ -67,7 +77,7 @@ impl Refining {
             stage: Stage::Idle,
             begun_deg: 0.0,
             useless_from: None,
-            release: Release { number: 0, flags: Flags(0), condition: None, clock_u: 0.0 },
+            release: Release::NONE,
             fit: Fit::NONE,
             residual: Residual::NONE,
             step_deg: 0.0,
@@ -174,17 +184,10 @@ impl Refining {
     }
 
     /// The release is over: begins to refine what its turning points say from the samples before `end`.
-    pub fn finish(
-        &mut self,
-        number: u32,
-        flags: Flags,
-        estimate: Option<Estimate>,
-        condition: Option<Condition>,
-        clock_u: f32,
-        end: u32,
-    ) {
+    pub fn finish(&mut self, release: Release, estimate: Option<Estimate>, end: u32) {
+        let Release { number, condition, .. } = release;
         // Without a refined result the last wind-off release is no reference; with one it will be.
-        let mut unrefined = flags;
+        let mut unrefined = release.flags;
         unrefined.set(Flags::NOT_REFINED);
         if condition.is_some_and(|condition| condition.wind.speed_m_s == 0.0) {
             self.reference.judge(number, None, &mut unrefined, condition.as_ref());
@@ -202,7 +205,7 @@ impl Refining {
         let frequency = f64::from(wn * libm::sqrtf(1.0 - zeta * zeta));
         if count >= FEWEST_POINTS && frequency > 0.0 && decay.abs() < frequency {
             self.fit = Fit::new(count, decay * per_point, frequency * per_point);
-            self.release = Release { number, flags, condition, clock_u };
+            self.release = release;
             self.stage = Stage::Fitting;
         }
     }
@@ -226,9 +229,7 @@ impl Refining {
                 }
                 Progress::Failed => {
                     self.stage = Stage::Idle;
-                    let mut refined = self.empty();
-                    refined.flags.set(Flags::NOT_REFINED);
-                    Some(refined)
+                    Some(self.not_refined())
                 }
             },
             Stage::Judging => {
@@ -246,9 +247,28 @@ impl Refining {
             release: self.release.number,
             from_sample: self.record.from_sample(),
             samples: self.record.points().len() as u32 * self.record.samples_per_point(),
-            flags: self.release.flags,
+            flags: self.release.flags.of_record(),
             ..Refined::default()
         }
+    }
+
+    fn not_refined(&self) -> Refined {
+        let mut refined = self.empty();
+        refined.flags.set(Flags::NOT_REFINED);
+        refined
+    }
+
+    /// Whether the windows' mean is further from these than both are uncertain.
+    fn windows_differ(&self, refined: &Refined) -> bool {
+        let Refined { natural_frequency_rad_s: wn, damping_ratio, .. } = refined;
+        let found = [Measured { value: wn.value as f32, u: wn.u }, *damping_ratio];
+        self.release.windows.is_some_and(|windows| {
+            windows.iter().zip(&found).any(|(by_windows, found)| {
+                let apart = by_windows.value - found.value;
+                let variance = by_windows.u * by_windows.u + found.u * found.u;
+                apart * apart > CONTRADICTED * CONTRADICTED * variance
+            })
+        })
     }
 
     #[inline(never)]
@@ -267,7 +287,9 @@ impl Refining {
         let wn = libm::sqrt(w * w + s * s);
         let zeta = s / wn;
         let (cos, sin) = (w / wn, zeta);
-        let [ss, sw, ww] = self.fit.covariance().map(|c| c * f64::from(judged.colour));
+        let [ss, sw, ww] = self.fit.covariance();
+        let [by_decay, by_frequency] = judged.missing.map(|more| f64::from(judged.colour + more));
+        let (ss, sw, ww) = (by_decay * ss, f64::from(judged.colour) * sw, by_frequency * ww);
         let along = |by_s: f64, by_w: f64| {
             let variance = by_s * by_s * ss + 2.0 * by_s * by_w * sw + by_w * by_w * ww;
             libm::sqrtf(variance as f32)
@@ -287,15 +309,26 @@ impl Refining {
             ..self.empty()
         };
         let modal = Modal { natural_frequency_rad_s: wn, damping_ratio: zeta };
-        if judged.misfit {
-            refined.flags.set(Flags::MISFIT);
+        let known = [wn_u, zeta_u, refined.noise_rms_deg, refined.residual_over_noise];
+        if !known.iter().all(|known| known.is_finite()) {
+            return self.not_refined();
+        }
+        let differ = self.windows_differ(&refined);
+        for (found, flag) in [
+            (judged.misfit, Flags::MISFIT),
+            (judged.widened, Flags::WIDENED),
+            (differ, Flags::WINDOWS_DIFFER),
+        ] {
+            if found {
+                refined.flags.set(flag);
+            }
         }
         let known = Known { modal, natural_frequency_u: wn_u, damping_ratio_u: zeta_u, clock_u };
-        let mut flags = refined.flags.of_record();
+        let mut flags = refined.flags;
         let condition = self.release.condition.as_ref();
         refined.derivatives =
             self.reference.judge(refined.release, Some(known), &mut flags, condition);
-        refined.flags.set(flags);
+        refined.flags = flags;
         refined
     }
 }

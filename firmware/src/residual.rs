@@ -9,6 +9,7 @@
 //! Beside it stands the spectral density of the residual about the damped frequency, from which standard
 //! uncertainties follow for noise of any colour (Bartlett's averaged periodogram, Biometrika 37, 1950).
 
+use crate::envelope::Envelope;
 use crate::refine::{Parameters, Phasor, PIECE};
 
 /// Means a cycle on which residual and noise are compared.
@@ -23,6 +24,8 @@ const BEYOND_CHANCE: f32 = 3.0;
 /// complex ones.
 const PARAMETERS: f32 = 5.0;
 const ABSORBED: f32 = 2.0;
+/// Variance of a mean that was rounded.
+const ROUNDING: f32 = 1.0 / 12.0;
 /// Segments of the averaged periodogram, and at most so many a cycle.
 const SEGMENTS: f32 = 24.0;
 const SEGMENTS_PER_CYCLE: f32 = 3.0;
@@ -34,8 +37,12 @@ pub struct Judged {
     pub over_noise: f32,
     /// More is left than noise.
     pub misfit: bool,
-    /// Spectral density at the damped frequency over the variance: 1 for white noise.
+    /// Something is likely to be missing.
+    pub widened: bool,
+    /// Spectral density at the damped frequency over the variance: 1 for white noise; and what of it stands for
+    /// what is missing, in decay and in frequency.
     pub colour: f32,
+    pub missing: [f32; 2],
 }
 
 /// A judgement under way.
@@ -59,6 +66,7 @@ pub struct Residual {
     squares: f32,
     twelfths: (f32, u32),
     segments: (f32, u32),
+    envelope: Envelope,
 }
 
 impl Residual {
@@ -78,6 +86,7 @@ impl Residual {
         squares: 0.0,
         twelfths: (0.0, 0),
         segments: (0.0, 0),
+        envelope: Envelope::NONE,
     };
 
     /// Of `count` means about `model`.
@@ -89,6 +98,7 @@ impl Residual {
             model: *model,
             together: ((per_cycle / PER_CYCLE) as u32).max(1),
             segment: ((count as f32 / segments) as u32).max(1),
+            envelope: Envelope::new(model, count),
             ..Self::NONE
         }
     }
@@ -100,12 +110,13 @@ impl Residual {
         match self.phasors {
             1 => self.swing = Phasor::new(self.model.decay, self.model.frequency),
             2 => self.turning = Phasor::new(0.0, self.model.frequency),
-            _ => return self.look(points),
+            _ if self.at < points.len() => self.look(points),
+            _ => return self.envelope.work(),
         }
         false
     }
 
-    fn look(&mut self, points: &[i16]) -> bool {
+    fn look(&mut self, points: &[i16]) {
         let (mut z, mut turn) = (self.swing.next_piece(), self.turning.next_piece());
         let (swing, turning) = (self.swing, self.turning);
         let end = (self.at + PIECE).min(points.len());
@@ -118,7 +129,6 @@ impl Residual {
             turn = turning.turn(turn);
         }
         self.at = end;
-        end == points.len()
     }
 
     fn add(&mut self, r: f32, turn: (f32, f32)) {
@@ -130,8 +140,10 @@ impl Residual {
             self.twelfths.1 += 1;
             (self.sum, self.summed) = (0.0, 0);
         }
-        self.transform.0 += r * turn.0;
-        self.transform.1 += r * turn.1;
+        let (re, im) = (r * turn.0, r * turn.1);
+        self.envelope.add(re, im);
+        self.transform.0 += re;
+        self.transform.1 += im;
         self.transformed += 1;
         if self.transformed == self.segment {
             let (re, im) = self.transform;
@@ -145,6 +157,8 @@ impl Residual {
     /// freedom. Steps of the sensor's stand still while the model turns, however many samples make a mean:
     /// `steps` is their variance.
     pub fn judged(&self, noise: f32, noise_freedom: f32, steps: f32) -> Judged {
+        // Means are rounded to whole units.
+        let noise = noise.max(ROUNDING);
         let together = self.together as f32;
         let freedom = |count: u32, taken: f32| (count as f32 - taken).max(1.0);
         let variance = self.squares / freedom(self.at as u32, PARAMETERS);
@@ -162,10 +176,13 @@ impl Residual {
             // Known from so few, it is no proof of less than a white one's, nor of less than the noise.
             colour = colour.max(1.0).max(noise / variance);
         }
+        let missing = self.envelope.missing();
         Judged {
             over_noise: libm::sqrtf((1.0 + share).max(0.0)),
             misfit: power > MISSING.max(chance) * noise.max(together * steps),
+            widened: missing.likely,
             colour,
+            missing: missing.added.map(|added| added / variance),
         }
     }
 }

@@ -7,6 +7,7 @@ use yawrig_core::diagnosis::diagnose::{Diagnosis, Status};
 use yawrig_core::effects::{Effect, MEASURED_LAW};
 use yawrig_model::document::DEFAULT;
 use yawrig_model::sources::AskedSource;
+use yawrig_records::place::is_standard_input;
 use yawrig_records::Selection;
 use yawrig_text::quoted;
 
@@ -48,9 +49,13 @@ impl Making<'_> {
         self.reading.settings().into_iter().flat_map(words).collect()
     }
 
-    /// `fit`, where the model is to be made, and `add` for each of `added`, with its source.
+    /// `fit`, where the model is to be made, and `add` for each of `added`, with its source; none about what
+    /// came by standard input and is not there any more.
     pub fn commands(&self, added: &[(&str, AskedSource)]) -> Vec<Words> {
         let mut all = Vec::new();
+        if self.files.iter().any(|file| is_standard_input(file)) {
+            return all;
+        }
         if !self.files.is_empty() {
             let mut fit = vec!["yawrig".to_owned(), "fit".to_owned()];
             fit.extend(self.files.iter().map(|file| file.display().to_string()));

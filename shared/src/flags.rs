@@ -49,8 +49,13 @@ impl Flags {
     /// An encoder's counts between two passes of its index are no whole turns.
     pub const LOST_COUNTS: Self = Self(131_072);
 
+    /// The model may lack something: what that may do to the refined values is in their uncertainties.
+    pub const WIDENED: Self = Self(262_144);
+    /// The mean over the windows is further from the refined estimate than both are uncertain.
+    pub const WINDOWS_DIFFER: Self = Self(524_288);
+
     /// Every flag with its name in files and on screen.
-    pub const NAMES: [(Self, &'static str); 18] = [
+    pub const NAMES: [(Self, &'static str); 20] = [
         (Self::TOO_SMALL, "too_small"),
         (Self::TOO_FEW_CYCLES, "too_few_cycles"),
         (Self::SATURATED, "saturated"),
@@ -69,6 +74,8 @@ impl Flags {
         (Self::NO_REFERENCE, "no_reference"),
         (Self::MAGNET, "magnet"),
         (Self::LOST_COUNTS, "lost_counts"),
+        (Self::WIDENED, "widened"),
+        (Self::WINDOWS_DIFFER, "windows_differ"),
     ];
 
     pub fn set(&mut self, flag: Self) {
@@ -79,10 +86,17 @@ impl Flags {
         self.0 & flag.0 != 0
     }
 
+    /// These but that one.
+    #[must_use]
+    pub fn without(self, flag: Self) -> Self {
+        Self(self.0 & !flag.0)
+    }
+
     /// Whether a wind-off release is no reference for others: anything is the matter with it but that little
-    /// of it was seen.
+    /// of it was seen, or what its uncertainties hold.
     pub fn unfit_as_reference(self) -> bool {
-        self.0 & !(Self::CUT_SHORT.0 | Self::MID_SWING.0) != 0
+        let fit = [Self::CUT_SHORT, Self::MID_SWING, Self::WIDENED, Self::WINDOWS_DIFFER];
+        fit.into_iter().fold(self, Self::without) != Self::default()
     }
 
     /// What of a release's flags matters to the fit to its record: not what concerns the windows and the
@@ -96,18 +110,22 @@ impl Flags {
             Self::LOST_SAMPLES,
             Self::SPIKES,
             Self::NOISY,
+            Self::WINDOWS_DIFFER,
         ];
-        not_its_own.into_iter().fold(self, |flags, not| Self(flags.0 & !not.0))
+        not_its_own.into_iter().fold(self, Self::without)
     }
 
-    /// Whether the release gives no result to rely on.
+    /// Whether the value that has these flags is none to rely on. [`crate::wire::counting`] asks it of both that
+    /// a release may have.
     pub fn unusable(self) -> bool {
         let unusable = [
             Self::TOO_SMALL,
             Self::TOO_FEW_CYCLES,
             Self::SATURATED,
             Self::LOST_SAMPLES,
+            Self::OUT_OF_RANGE,
             Self::NO_NETWORK,
+            Self::NOT_REFINED,
             Self::STUCK,
             Self::NO_SENSOR,
             Self::LOST_COUNTS,

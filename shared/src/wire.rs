@@ -16,7 +16,9 @@ pub use condition::{rig_id, Condition, ConditionFault, Settings, FULL_SCALE_COUN
 use heapless::Vec;
 pub use hello::{Hello, HelloReply};
 use postcard_schema::Schema;
-pub use results::{Derivatives, Measured, Precise, Refined, ReleaseResult, WindowResult};
+pub use results::{
+    counting, Counting, Derivatives, Measured, Precise, Refined, ReleaseResult, WindowResult,
+};
 pub use samples::{Samples, STREAM_CHUNK};
 use serde::{Deserialize, Serialize};
 pub use signing::{network_message, unlock_message, update_message, Signature};

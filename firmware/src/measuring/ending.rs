@@ -1,12 +1,13 @@
 //! How a release ends, and the result that is sent of it.
 
 use super::{Context, Measuring};
+use crate::estimator::by_noise;
 use crate::learning::Seen;
 use crate::reference::Known;
 use crate::release::Watch;
 use yawrig_shared::modal::Modal;
 use yawrig_shared::network::Estimate;
-use yawrig_shared::wire::{Event, Flags, Phase, ReleaseResult};
+use yawrig_shared::wire::{Event, Flags, Measured, Phase, ReleaseResult};
 
 impl Measuring {
     /// Ends the running release once this many samples have come.
@@ -108,8 +109,20 @@ impl Measuring {
             self.learning.expect(seen);
         }
         let estimate = current.swings.start().filter(|_| context.second_order);
-        let clock_u = self.clock_u();
-        context.refining.finish(self.releases, of_release, estimate, self.condition, clock_u, end);
+        let release = crate::refining::Release {
+            number: self.releases,
+            flags: of_release,
+            condition: self.condition,
+            clock_u: self.clock_u(),
+            windows: (windows > 0).then(|| {
+                [0, 1].map(|i| {
+                    let Measured { value, u } = corrected[i];
+                    let noise = by_noise(u * u, windows, rms[i] * rms[i]);
+                    Measured { value, u: libm::sqrtf(noise + bias[i] * bias[i]) }
+                })
+            }),
+        };
+        context.refining.finish(release, estimate, end);
         self.releases = self.releases.wrapping_add(1);
         self.announce(self.now(), context);
     }

@@ -7,6 +7,9 @@ use crate::swings::Swings;
 use yawrig_shared::history::BLOCK;
 use yawrig_shared::wire::{Flags, Phase};
 
+/// Samples that no window takes: twelve days.
+const LONG_AGO: u32 = 1 << 30;
+
 impl Measuring {
     /// `count` samples before the next one were lost.
     pub fn lost(&mut self, count: u32, context: &mut Context) {
@@ -71,7 +74,32 @@ impl Measuring {
         context.refining.interrupt(from, self.current.smallest_deg);
     }
 
+    /// A gap that no window reaches back to is over: the clock wraps around.
+    pub(super) fn outlive_gap(&mut self) {
+        let since = |until: u32| self.now().wrapping_sub(until);
+        self.current.spoilt_until =
+            self.current.spoilt_until.filter(|until| since(*until) < LONG_AGO);
+    }
+
     pub(super) fn is_spoilt(&self, start: u32) -> bool {
         self.current.spoilt_until.is_some_and(|until| start.wrapping_sub(until) as i32 <= 0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A glitch, and sixty days in which nothing happens: what begins then is not before it.
+    #[test]
+    fn what_begins_weeks_after_a_gap_is_not_spoilt_by_it() {
+        let mut measuring = Measuring::new(yawrig_shared::wire::Settings::default());
+        measuring.current.spoilt_until = Some(measuring.now());
+        let hour = 3_600_000 / BLOCK as u32;
+        for hours in 1..60 * 24 {
+            measuring.tracker.skip(hour);
+            measuring.outlive_gap();
+            assert!(!measuring.is_spoilt(measuring.now()), "after {hours} hours");
+        }
     }
 }

@@ -22,4 +22,5 @@ mod slots;
 mod small;
 mod time_base;
 mod trial;
+mod weak;
 mod wide;

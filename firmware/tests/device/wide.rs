@@ -8,6 +8,7 @@ use yawrig_shared::wire::Flags;
 #[test]
 fn natural_frequencies_and_damping_ratios_of_any_size_are_refined() {
     let (mut complaints, mut all, mut beyond, mut misfits) = (Vec::new(), 0, 0, 0);
+    let mut widened = 0;
     for wn in [0.3, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 26.5, 40.0, 60.0, 100.0] {
         for zeta in [0.005, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4] {
             for noise_deg in [0.02, 0.05, 0.1] {
@@ -38,6 +39,7 @@ fn natural_frequencies_and_damping_ratios_of_any_size_are_refined() {
                     };
                     match refined.flags.of_record() {
                         Flags::MISFIT => misfits += 1,
+                        Flags::WIDENED => widened += 1,
                         flags if flags != Flags::default() => complain(format!("{flags:?}")),
                         _ => {}
                     }
@@ -59,6 +61,8 @@ fn natural_frequencies_and_damping_ratios_of_any_size_are_refined() {
     println!("{all} releases, {beyond} of {} values beyond 2 u", 2 * all);
     // By chance: once in a thousand.
     assert!(misfits <= 3, "{misfits}");
+    // Chance does it once in sixty at most.
+    assert!(widened * 60 <= all, "{widened}");
     assert!(beyond * 10 <= 2 * all, "{beyond}");
     assert!(complaints.is_empty(), "{} complaints:\n{complaints:#?}", complaints.len());
 }

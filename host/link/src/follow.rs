@@ -12,7 +12,7 @@ use names::sensor_name;
 pub use names::{flag_advice, flag_names, forgotten_name, forgotten_of, is_refined};
 use yawrig_core::quantity::Quantity;
 use yawrig_shared::wire::{
-    Cause, Crash, Derivatives, Event, Flags, Forgotten, Learnt, Measured, Phase, Refined,
+    counting, Cause, Crash, Derivatives, Event, Flags, Forgotten, Learnt, Measured, Phase, Refined,
     ReleaseResult, Sensor, Start,
 };
 
@@ -123,7 +123,7 @@ fn result_text(result: &ReleaseResult, names: &[Named]) -> String {
     )
     .trim_end()
     .to_owned();
-    if result.flags.unusable() {
+    if counting(Some(result), None).is_none() {
         text.push_str(" (not usable)");
     }
     for (Named { name, unit }, measured) in names.iter().zip(result.numbers.iter()) {
@@ -156,9 +156,7 @@ fn derivatives_text(derivatives: Option<&Derivatives>) -> String {
 fn refined_text(refined: &Refined, record: &str) -> String {
     let release = refined.release;
     if !is_refined(refined) {
-        return format!(
-            "release {release}: no damped oscillation fits the whole record; the estimate above stands"
-        );
+        return format!("release {release}: no damped oscillation fits the whole record");
     }
     let mut text = format!(
         "release {release} refined: wn {} rad/s, zeta {}; the residual is {:.2} times the noise of {:.3} deg",
@@ -167,7 +165,7 @@ fn refined_text(refined: &Refined, record: &str) -> String {
         refined.residual_over_noise,
         refined.noise_rms_deg,
     );
-    if refined.flags.of_record().unusable() {
+    if counting(None, Some(refined)).is_none() {
         text.push_str(" (not usable)");
     }
     text.push_str(&derivatives_text(refined.derivatives.as_ref()));
@@ -175,6 +173,11 @@ fn refined_text(refined: &Refined, record: &str) -> String {
         text.push_str(&format!(
             "\n  something is missing here: look at it on the host with `yawrig diagnose {record}`"
         ));
+    } else if refined.flags.has(Flags::WIDENED) {
+        text.push_str("\n  the model may lack something: what that may do is in the uncertainties");
+    }
+    if refined.flags.has(Flags::WINDOWS_DIFFER) {
+        text.push_str("\n  the mean over the windows contradicts this, which counts");
     }
     text
 }

@@ -8,7 +8,9 @@ use yawrig_base::interrupt;
 use yawrig_core::record::Record;
 use yawrig_core::solver::linear_fit;
 use yawrig_shared::window::SAMPLE_RATE_HZ;
-use yawrig_shared::wire::{Event, Refined, ReleaseResult, Reply, Request, Settings, WindowResult};
+use yawrig_shared::wire::{
+    counting, Event, Refined, ReleaseResult, Reply, Request, Settings, WindowResult,
+};
 
 /// What the device makes of one record.
 #[derive(Clone, Debug)]
@@ -31,15 +33,16 @@ pub struct Release {
 }
 
 impl Replayed {
-    /// The release with the most windows: a record mostly holds one.
+    /// The release with the most windows, then one whose value counts: a record mostly holds one.
     pub fn main_release(&self) -> Option<&Release> {
         main_release(&self.releases)
     }
 }
 
-/// The release with the most windows, the first of equals.
+/// The release with the most windows, then one whose value counts, the first of equals.
 pub fn main_release(releases: &[Release]) -> Option<&Release> {
-    releases.iter().rev().max_by_key(|release| release.windows.len())
+    let counts = |r: &Release| counting(r.result.as_ref(), r.refined.as_ref()).is_some();
+    releases.iter().rev().max_by_key(|release| (release.windows.len(), counts(release)))
 }
 
 /// The range of amplitudes to analyse, degrees.

@@ -5,7 +5,7 @@ use yawrig_core::derivatives::condition::Identified;
 use yawrig_core::quantity::Quantity;
 use yawrig_link::follow::{is_refined, precise};
 use yawrig_shared::window::SAMPLE_RATE_HZ;
-use yawrig_shared::wire::{Measured, Refined, ReleaseResult};
+use yawrig_shared::wire::{counting, Measured, Refined, ReleaseResult};
 
 /// What the device says of one release.
 #[derive(Clone, Copy, Debug)]
@@ -26,12 +26,18 @@ pub enum By {
 impl Answer {
     /// Whether the device has an estimate to rely on.
     pub fn is_usable(&self) -> bool {
-        self.result.windows > 0 && !self.result.flags.unusable()
+        counting(Some(&self.result), self.refined.as_ref()).is_some()
     }
 
     /// Whether wind-on releases may be held against this wind-off one: the device's own rule.
     pub fn is_reference(&self) -> bool {
-        self.is_usable() && !self.result.flags.unfit_as_reference()
+        let by_windows = self.counts_by_windows() && !self.result.flags.unfit_as_reference();
+        by_windows || self.is_refined_reference()
+    }
+
+    /// Whether its network's estimate is one to rely on.
+    pub fn counts_by_windows(&self) -> bool {
+        counting(Some(&self.result), None).is_some()
     }
 
     /// The same of its refined estimate.
@@ -59,19 +65,18 @@ impl Answer {
 
 /// The answers to `releases` for the table, by the device's own rule: an estimate is held against one of its
 /// kind. Where a refined estimate of a spring and axis is missing, or a wind-off one is flagged, all of them
-/// are the network's.
+/// are the network's, if all of those count.
 pub fn identified(releases: &[ReleaseEntry], answers: &[Answer], by: By) -> Vec<Identified> {
     let rig = |release: &ReleaseEntry| (release.spring.clone(), release.axis);
     let all = || releases.iter().zip(answers);
     let of = |(release, answer): (&ReleaseEntry, &Answer)| {
-        let are_refined =
-            all().filter(|(other, _)| rig(other) == rig(release)).all(|(r, a)| {
-                match r.wind_speed_m_s {
-                    0.0 => a.is_refined_reference(),
-                    _ => a.refined.as_ref().is_some_and(is_refined),
-                }
-            });
-        answer.identified(if are_refined { by } else { By::Network })
+        let of_rig = || all().filter(|(other, _)| rig(other) == rig(release));
+        let are_refined = of_rig().all(|(r, a)| match r.wind_speed_m_s {
+            0.0 => a.is_refined_reference(),
+            _ => a.refined.as_ref().is_some_and(is_refined),
+        });
+        let by_network = of_rig().all(|(_, a)| a.counts_by_windows());
+        answer.identified(if by_network && !are_refined { By::Network } else { by })
     };
     all().map(of).collect()
 }
@@ -93,11 +98,15 @@ mod tests {
     }
 
     fn frequencies(flags: [Flags; 4]) -> Vec<f64> {
+        of(flags.map(answer))
+    }
+
+    fn of(answers: [Answer; 4]) -> Vec<f64> {
         let entry = |(spring, wind_speed_m_s): (&str, f64)| {
             ReleaseEntry::new("", (spring, 100.0), Axis::Mid, wind_speed_m_s)
         };
         let releases = [("K1", 0.0), ("K1", 10.0), ("K2", 0.0), ("K2", 10.0)].map(entry);
-        let found = identified(&releases, &flags.map(answer), By::Refined);
+        let found = identified(&releases, &answers, By::Refined);
         found.iter().map(|found| found.natural_frequency_rad_s.value).collect()
     }
 
@@ -109,5 +118,14 @@ mod tests {
         assert_eq!(frequencies([Flags::MISFIT, good, good, good]), [1.0, 1.0, 2.0, 2.0]);
         assert_eq!(frequencies([good, Flags::MISFIT, good, good]), [2.0; 4], "says so itself");
         assert_eq!(frequencies([good, good, good, Flags::NOT_REFINED]), [2.0, 2.0, 1.0, 1.0]);
+    }
+
+    #[test]
+    fn what_the_network_says_where_it_was_not_trained_is_no_way_out() {
+        let [misfit, good] = [Flags::MISFIT, Flags(0)].map(answer);
+        let mut outside = good;
+        outside.result.flags = Flags::OUT_OF_RANGE;
+        assert!(outside.is_usable() && outside.is_reference() && !outside.counts_by_windows());
+        assert_eq!(of([misfit, outside, good, good]), [2.0; 4]);
     }
 }

@@ -24,7 +24,7 @@ use yawrig_link::live::item::{Item, Next};
 use yawrig_link::live::recording::Recording;
 use yawrig_link::live::session::Session;
 use yawrig_shared::axis::Axis;
-use yawrig_shared::wire::{Condition, Event, Phase, ReleaseResult};
+use yawrig_shared::wire::{Condition, Event, Flags, Phase, ReleaseResult};
 
 /// How often the device is asked whether it still refines a release.
 const ASK: Duration = Duration::from_millis(300);
@@ -68,13 +68,18 @@ pub struct Measuring {
 }
 
 /// Whether a release counts; if not, why. A wind-off one counts where the device holds others against it.
-fn verdict(wind_speed_m_s: f64, result: &ReleaseResult) -> Option<String> {
-    let answer = Answer { result: *result, refined: None };
+fn verdict(wind_speed_m_s: f64, answer: &Answer) -> Option<String> {
     let counts = if wind_speed_m_s == 0.0 { answer.is_reference() } else { answer.is_usable() };
-    (!counts).then(|| match flag_names(result.flags).join(" ") {
+    (!counts).then(|| match flag_names(answer.result.flags).join(" ") {
         flags if flags.is_empty() => "no three cycles of it were seen".to_owned(),
         flags => flags,
     })
+}
+
+/// What is known before its refined estimate comes, which is what may count outside the trained range.
+fn so_far(result: &ReleaseResult) -> Answer {
+    let flags = result.flags.without(Flags::OUT_OF_RANGE);
+    Answer { result: ReleaseResult { flags, ..*result }, refined: None }
 }
 
 impl Measuring {
@@ -161,11 +166,16 @@ impl Measuring {
         if condition.is_none() || condition == self.told {
             return Ok(());
         }
+        self.told = None;
+        self.take_back("another program has given the device its own condition".to_owned())
+    }
+
+    /// The last release does not count after all: it is made again.
+    fn take_back(&mut self, why: String) -> Result<()> {
         let Some((place, _)) = self.made.pop() else { return Ok(()) };
         self.go_to(place);
-        self.told = None;
-        self.not_counted =
-            Some("another program has given the device its own condition".to_owned());
+        self.unchecked = false;
+        self.not_counted = Some(why);
         self.kept.unlist(&self.plan.campaign.release[place])
     }
 
@@ -179,12 +189,12 @@ impl Measuring {
     /// Takes what happened. Before it is written: a release that counts gets the name of its record.
     pub fn take(&mut self, item: &Item, recording: Option<&mut Recording>) -> Result<()> {
         match item {
-            Item::Event { event, .. } => self.take_event(event, recording),
+            Item::Event { event, .. } => return self.take_event(event, recording),
             Item::Record { release, file, .. } => return self.keep(*release, file),
             Item::Restarted { .. } => {
                 (self.under_way, self.stale) = (None, false);
-                if self.waiting.take().is_some() {
-                    self.advance();
+                if self.waiting.is_some() {
+                    self.advance()?;
                 }
             }
             _ => {}
@@ -192,7 +202,7 @@ impl Measuring {
         Ok(())
     }
 
-    fn take_event(&mut self, event: &Event, recording: Option<&mut Recording>) {
+    fn take_event(&mut self, event: &Event, recording: Option<&mut Recording>) -> Result<()> {
         match event {
             Event::Phase { phase: Phase::Released | Phase::Ringing, release, .. }
                 if self.under_way.is_none_or(|(known, _)| known != *release) =>
@@ -209,12 +219,12 @@ impl Measuring {
             Event::Release(result) => {
                 let known = self.under_way.filter(|(release, _)| *release == result.release);
                 let place = known.map_or(self.announced.then_some(self.at), |(_, place)| place);
-                let Some(place) = place.filter(|place| *place == self.at) else { return };
+                let Some(place) = place.filter(|place| *place == self.at) else { return Ok(()) };
                 let entry = &self.plan.campaign.release[place];
-                self.not_counted = verdict(entry.wind_speed_m_s, result);
+                self.not_counted = verdict(entry.wind_speed_m_s, &so_far(result));
                 if self.not_counted.is_some() {
                     self.announced = false;
-                    return;
+                    return Ok(());
                 }
                 if let Some(recording) = recording {
                     let stem = Path::new(&entry.file).file_stem().unwrap_or_default();
@@ -231,11 +241,12 @@ impl Measuring {
                     answer.refined = Some(*refined);
                 }
                 if self.waiting.is_some_and(|waiting| waiting.release == refined.release) {
-                    self.advance();
+                    self.advance()?;
                 }
             }
             _ => {}
         }
+        Ok(())
     }
 
     /// Whether the built-in rig had let it go before it was told what is wanted. The device may have been
@@ -245,9 +256,17 @@ impl Measuring {
         self.no_sooner.is_some_and(|first| ahead(first) < 0)
     }
 
-    fn advance(&mut self) {
+    /// All is known of the last release: on to the next one, or to the same once more.
+    fn advance(&mut self) -> Result<()> {
+        if let Some((place, answer)) = self.made.last() {
+            let wind_speed_m_s = self.plan.campaign.release[*place].wind_speed_m_s;
+            if let Some(why) = verdict(wind_speed_m_s, answer) {
+                return self.take_back(why);
+            }
+        }
         let next = if self.plan.stays { self.at } else { self.next_from(self.at + 1) };
         self.go_to(next);
+        Ok(())
     }
 
     /// Says to the device, and to the built-in rig where that is before it, what is next, if it is time to.
@@ -266,7 +285,7 @@ impl Measuring {
             // A network that was taught effects is not refined. What is said before is still on its way once.
             let is_idle = !session.bench().client.status()?.refining;
             if std::mem::replace(&mut waiting.idle, is_idle) && is_idle {
-                self.advance();
+                self.advance()?;
             } else {
                 waiting.ask_at = Instant::now() + ASK;
             }

@@ -71,6 +71,31 @@ fn a_release_that_the_device_takes_no_reference_from_is_made_again() {
     assert_eq!(measuring.not_counted, None);
 }
 
+/// What the network says there is none to rely on; the refined estimate may be.
+#[test]
+fn outside_the_trained_range_a_release_counts_by_its_refined_estimate() {
+    let mut measuring = measuring();
+    for (round, flags, at) in [(0, Flags::NOT_REFINED, 0), (1, Flags::MISFIT, 0), (2, Flags(0), 1)]
+    {
+        measuring.announced = true;
+        take(&mut measuring, let_go(round));
+        take(&mut measuring, result(round, Flags::OUT_OF_RANGE));
+        assert!(measuring.waiting.is_some());
+        let refined = Refined { release: round, flags, ..Refined::default() };
+        take(&mut measuring, Event::Refined(refined));
+        assert_eq!((measuring.at, measuring.made.len()), (at, at), "{flags:?}");
+        let why = measuring.not_counted.as_deref();
+        assert_eq!(why, (at == 0).then_some("out_of_trained_range"), "{flags:?}");
+    }
+    // Wind on, a misfit says so itself.
+    measuring.announced = true;
+    take(&mut measuring, let_go(3));
+    take(&mut measuring, result(3, Flags::OUT_OF_RANGE));
+    let refined = Refined { release: 3, flags: Flags::MISFIT, ..Refined::default() };
+    take(&mut measuring, Event::Refined(refined));
+    assert_eq!((measuring.made.len(), measuring.not_counted.as_deref()), (2, None));
+}
+
 #[test]
 fn a_release_made_under_another_programs_condition_does_not_count() {
     let mut measuring = measuring();

@@ -120,8 +120,9 @@ pub fn run(arguments: &Demo) -> Result<()> {
     let unusable: Vec<&Made> = made.iter().filter(|made| !made.usable()).collect();
     // Every release goes into the table, because the inertia is common to all: one without an estimate leaves
     // no table.
-    let table = |by| if unusable.is_empty() { table(&plan, &made, by) } else { Ok(Vec::new()) };
-    let (points, by_network) = (table(By::Refined)?, table(By::Network)?);
+    let table = |by, all| if all { table(&plan, &made, by) } else { Ok(Vec::new()) };
+    let points = table(By::Refined, unusable.is_empty())?;
+    let by_network = table(By::Network, made.iter().all(|m| m.answer().counts_by_windows()))?;
     let seconds = begun.elapsed().as_secs_f64();
     if !arguments.json && !points.is_empty() {
         print_line(&to_text(&points, &by_network))?;
@@ -215,14 +216,19 @@ fn to_text(points: &[(Point, Truth)], by_network: &[(Point, Truth)]) -> String {
     }
     let percent =
         |m: Miss| format!("{:.3} % median, {:.3} % worst", 100.0 * m.median, 100.0 * m.worst);
-    let missed = |points| misses(points).map(percent);
-    let ([beta, r], [network_beta, network_r]) = (missed(points), missed(by_network));
-    format!(
-        "{}\nper radian about the middle axis; Cn_r is the combined Cn_r - Cn_betadot\n\
-         from the device's refined estimates Cn_beta misses the truth by {beta}; Cn_r by {r}\n\
-         from its network's alone Cn_beta misses the truth by {network_beta}; Cn_r by {network_r}",
+    let missed = |from: &str, points| {
+        let [beta, r] = misses(points).map(percent);
+        format!("\nfrom {from} Cn_beta misses the truth by {beta}; Cn_r by {r}")
+    };
+    let mut text = format!(
+        "{}\nper radian about the middle axis; Cn_r is the combined Cn_r - Cn_betadot{}",
         text.trim_fmt(),
-    )
+        missed("the device's refined estimates", points),
+    );
+    if !by_network.is_empty() {
+        text += &missed("its network's alone", by_network);
+    }
+    text
 }
 
 fn to_json(

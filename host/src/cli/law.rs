@@ -105,7 +105,7 @@ impl Law {
         let added = added.map_or(MEASURED_LAW.to_owned(), |file| file.display().to_string());
         let mut all = making.commands(&[(&added, AskedSource::Mechanical)]);
         // The formulas' files, where they are not written yet.
-        if best.is_none() && added != MEASURED_LAW {
+        if best.is_none() && added != MEASURED_LAW && !all.is_empty() {
             let mut law = vec!["yawrig".to_owned(), "law".to_owned()];
             law.extend(given.iter().map(|file| file.display().to_string()));
             law.extend(making.reading_words());

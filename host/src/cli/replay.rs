@@ -19,7 +19,7 @@ use yawrig_link::replay::{
     refined_residual_rms_deg, replay, residual_rms_deg, Range, Release, Replayed,
 };
 use yawrig_shared::window::{CYCLES, SAMPLE_RATE_HZ};
-use yawrig_shared::wire::{Flags, WindowResult};
+use yawrig_shared::wire::{counting, Flags, WindowResult};
 
 #[derive(Args, Debug)]
 pub struct Replay {
@@ -98,8 +98,7 @@ pub fn run(arguments: &Replay) -> Result<()> {
         }
         let usable = replayed
             .main_release()
-            .and_then(|release| release.result)
-            .is_some_and(|result| !result.flags.unusable());
+            .is_some_and(|r| counting(r.result.as_ref(), r.refined.as_ref()).is_some());
         if !usable {
             unusable.push(why(&record.file, replayed.main_release()));
         }
@@ -146,6 +145,7 @@ fn record_json(record: &Record, range: Range, replayed: &Replayed, names: &[Name
             "residual_rms_deg": refined_residual_rms_deg(record, replayed, &refined),
             "residual_over_noise": given.then_some(refined.residual_over_noise),
             "noise_rms_deg": given.then_some(refined.noise_rms_deg),
+            "usable": counting(None, Some(&refined)).is_some(),
             "misfit": refined.flags.has(Flags::MISFIT),
             "windows": [],
             "flags": flag_names(refined.flags),
@@ -167,6 +167,7 @@ fn record_json(record: &Record, range: Range, replayed: &Replayed, names: &[Name
                 "damping_ratio": given.then(|| quantity(result.damping_ratio)),
                 "numbers": release_numbers(names, &result.numbers),
                 "residual_rms_deg": residual_rms_deg(record, replayed, release),
+                "usable": counting(Some(&result), None).is_some(),
                 "windows": release.windows.iter().map(on_records_scale).collect::<Vec<_>>(),
                 "trends": trends_of(Some(release)).iter().map(Trend::to_json).collect::<Vec<_>>(),
                 "flags": flag_names(result.flags),

@@ -59,7 +59,8 @@ pub struct Refined {
     /// Rms of the residual over that of the noise, on means of a fiftieth of a cycle.
     pub residual_over_noise: f32,
     pub derivatives: Option<Derivatives>,
-    /// Those of the release, and [`Flags::MISFIT`] or [`Flags::NOT_REFINED`].
+    /// Those of the release that concern it, and its own: [`Flags::MISFIT`], [`Flags::WIDENED`],
+    /// [`Flags::WINDOWS_DIFFER`], [`Flags::NOT_REFINED`].
     pub flags: Flags,
 }
 
@@ -79,6 +80,25 @@ pub struct ReleaseResult {
     pub numbers: Numbers<Measured>,
     pub derivatives: Option<Derivatives>,
     pub flags: Flags,
+}
+
+/// Which of a release's values counts as measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Counting {
+    /// The fit to its record.
+    Refined,
+    /// The network's, as a mean over the windows.
+    Windows,
+}
+
+/// Which of a release's values counts, if one does: the refined one where it is to be relied on. Message,
+/// JSON, page and exit code all ask this.
+pub fn counting(result: Option<&ReleaseResult>, refined: Option<&Refined>) -> Option<Counting> {
+    if refined.is_some_and(|refined| !refined.flags.of_record().unusable()) {
+        return Some(Counting::Refined);
+    }
+    let by_windows = result.is_some_and(|result| result.windows > 0 && !result.flags.unusable());
+    by_windows.then_some(Counting::Windows)
 }
 
 /// Yaw derivatives about this axis, per radian, with the standard uncertainties that natural frequencies,

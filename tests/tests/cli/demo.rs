@@ -109,8 +109,8 @@ fn without_json_a_table_is_printed_as_the_releases_come() {
 
 #[test]
 fn a_release_without_an_estimate_gives_no_table_and_says_so() {
-    // Spring K1 is too weak for this wind: three cycles last longer than the device remembers.
-    let ended = demo("--wind 18").exits(6).helps();
+    // Spring K1 is all but too weak for this wind: its damping ratio is 0.45, and nothing is to be fitted.
+    let ended = demo("--wind 18.54").exits(6).helps();
     let ended = ended.says("no table").says("K1 mid   wind on (too_few_cycles");
     let object = ended.json();
     assert_eq!(object["points"], json!([]));
@@ -124,6 +124,23 @@ fn a_release_without_an_estimate_gives_no_table_and_says_so() {
         assert!(!release["flags"].as_array().expect("flags").is_empty(), "{release}");
         assert!(!release["flags"].to_string().contains("out_of_trained_range"), "{release}");
     }
+}
+
+#[test]
+fn a_release_without_windows_counts_by_its_refined_estimate() {
+    // Spring K1 is too weak for the network in this wind: three cycles last longer than the device remembers.
+    let object = demo("--wind 18").exits(0).json();
+    let releases = object["releases"].as_array().expect("releases");
+    let empty: Vec<_> = releases.iter().filter(|r| r["windows"] == json!([])).collect();
+    assert!(!empty.is_empty());
+    for release in empty {
+        assert!(release["natural_frequency_rad_s"].is_null(), "{release}");
+        assert_eq!(release["refined"]["usable"], true, "{release}");
+    }
+    let points = object["points"].as_array().expect("points");
+    assert_eq!(points.len(), 8);
+    within(&misses(points, "cn_beta"), 0.02, 0.06);
+    within(&misses(points, "cn_r"), 0.04, 0.12);
 }
 
 #[test]

@@ -212,6 +212,21 @@ fn a_record_without_a_usable_release_prints_its_result_and_ends_with_6() {
     unusable("short.csv", &swing(0.0, 1.5), &["too_few_cycles"]);
 }
 
+/// The same within the range: no windows for the network, and enough for the fit to the whole record. By that
+/// one the record counts and the command ends with 0.
+#[test]
+fn a_record_counts_by_its_refined_estimate_where_the_network_has_too_few_cycles() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("two.csv");
+    std::fs::write(&file, swing(0.0, 1.5)).expect("room for it");
+    let object = yawrig("replay --json --from-deg 20").and(&file).run().exits(0).json();
+    let estimates = &object["records"][0]["estimates"];
+    assert!(flags(&object["records"][0]).contains(&"too_few_cycles"), "{estimates}");
+    assert_eq!([&estimates[0]["usable"], &estimates[1]["usable"]], [false, true], "{estimates}");
+    let wn = &estimates[1]["natural_frequency_rad_s"];
+    near(wn["value"].as_f64().expect("a quantity"), 9.0, 1e-5);
+}
+
 #[test]
 fn one_unusable_record_among_sound_ones_spoils_none_of_them() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -161,10 +161,18 @@ fn a_model_with_effects_teaches_a_network_that_says_so() {
     assert_eq!(payload.network.topology.as_slice(), [42, 6, 2]);
     assert_eq!(payload.provenance.effects.as_str(), "coulomb_friction");
     assert_eq!(first, train("b.yrn").1, "the same seed");
-    let device = yawrig("replay --json --network a.yrn r.csv").in_folder(folder.path());
-    let simulate = "simulate --natural-frequency 8 --damping 0.01 --seconds 20 --out r.csv";
-    yawrig(simulate).in_folder(folder.path()).run().exits(0);
-    let network = device.run().exits(0).json()["device"]["network"].clone();
+    let simulate = "simulate --natural-frequency 8 --damping 0.01 --seconds 20";
+    for (name, hidden) in [("rubbing", " --effect coulomb_friction:c=0.15"), ("free", "")] {
+        let made = yawrig(&format!("{simulate}{hidden} --out {name}.csv"));
+        made.in_folder(folder.path()).run().exits(0);
+    }
+    let replay = |name: &str| {
+        let replay = yawrig("replay --json --network a.yrn").and(name);
+        replay.in_folder(folder.path()).run()
+    };
+    // Where that friction is not, what it finds is none to rely on, and nothing is refined beside it.
+    replay("free.csv").exits(6).says("out_of_trained_range");
+    let network = replay("rubbing.csv").exits(0).json()["device"]["network"].clone();
     assert_eq!(network["topology"], "42-6-2");
     assert_eq!(network["effects"], serde_json::json!(["coulomb_friction"]));
 }

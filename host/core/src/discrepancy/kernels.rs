@@ -16,8 +16,6 @@ pub(super) struct Kernels {
     pub(super) ln_amplitude: Vec<f64>,
 }
 
-/// Correlation of a process at two amplitudes, by their logarithms: Matern's with one derivative, a half at a
-/// factor e. Laws bend over such a range of amplitudes; of smoother processes the answers are much the same.
 /// Logarithm of the ratio of two amplitudes over which laws bend. With two thirds of it, or four thirds, the
 /// uncertainties are much the same.
 const RANGE: f64 = 1.5;

@@ -6,8 +6,8 @@ use crate::numbers::{named, number, release_numbers, window_numbers, Named};
 use serde_json::{json, Value};
 use yawrig_core::quantity::Quantity;
 use yawrig_shared::wire::{
-    Cause, Derivatives, Event, Flags, Learnt, Measured, Precise, Refined, ReleaseResult, Sensor,
-    Start, Status, WindowResult,
+    counting, Cause, Derivatives, Event, Flags, Learnt, Measured, Precise, Refined, ReleaseResult,
+    Sensor, Start, Status, WindowResult,
 };
 
 /// `{"value","u"}`.
@@ -47,7 +47,7 @@ pub fn release_json(result: &ReleaseResult, names: &[Named]) -> Value {
         "damping_ratio": given.then(|| quantity(result.damping_ratio)),
         "numbers": release_numbers(names, &result.numbers),
         "derivatives": result.derivatives.as_ref().map(derivatives_json),
-        "usable": !result.flags.unusable(),
+        "usable": counting(Some(result), None).is_some(),
         "flags": flag_names(result.flags),
     })
 }
@@ -75,6 +75,7 @@ pub fn refined_json(refined: &Refined) -> Value {
         "noise_rms_deg": given.then(|| number(refined.noise_rms_deg)),
         "residual_over_noise": given.then(|| number(refined.residual_over_noise)),
         "derivatives": refined.derivatives.as_ref().map(derivatives_json),
+        "usable": counting(None, Some(refined)).is_some(),
         "misfit": refined.flags.has(Flags::MISFIT),
         "flags": flag_names(refined.flags),
     })

@@ -30,7 +30,8 @@ const ADVICE: [(Flags, &str); Flags::NAMES.len()] = [
     ),
     (
         Flags::OUT_OF_RANGE,
-        "out_of_trained_range: the network was not trained there; train one with a wider range, or check the settings",
+        "out_of_trained_range: the network was not trained there, and its result does not count; the refined estimate, \
+         which needs none, does; train one with a wider range, or check the settings",
     ),
     (
         Flags::MID_SWING,
@@ -69,6 +70,16 @@ const ADVICE: [(Flags, &str); Flags::NAMES.len()] = [
     (
         Flags::LOST_COUNTS,
         "lost_counts: the encoder's index did not come after whole turns; check its supply, its cable and how fast it turns",
+    ),
+    (
+        Flags::WIDENED,
+        "widened: the model may lack something, a law, a second mode or a random moment; what that may do is in the \
+         uncertainties; `yawrig diagnose` of a record tells which",
+    ),
+    (
+        Flags::WINDOWS_DIFFER,
+        "windows_differ: the mean over the windows contradicts the refined estimate, which counts; train a network for \
+         this rig, or look at a record with `yawrig diagnose`",
     ),
     (Flags::NO_SENSOR, "no_sensor: this is no potentiometer's signal; check that it is connected"),
     (
