@@ -57,12 +57,14 @@ impl Quantity {
     }
 }
 
-/// A range from its lowest to its highest value, to a hundredth of it or finer; none where it is one value.
+/// A range from its lowest to its highest value, in steps of a hundredth to a tenth of its width; none where it
+/// is one value.
 ///
 /// ```
 /// use yawrig_core::quantity::range_in_words;
 ///
-/// assert_eq!(range_in_words([0.00734, 0.02581]).as_deref(), Some("0.0073 to 0.0258"));
+/// assert_eq!(range_in_words([0.00734, 0.02581]).as_deref(), Some("0.007 to 0.026"));
+/// assert_eq!(range_in_words([9.434, 9.741]).as_deref(), Some("9.43 to 9.74"));
 /// assert_eq!(range_in_words([0.0251, 0.0251]), None);
 /// ```
 pub fn range_in_words([low, high]: [f64; 2]) -> Option<String> {
