@@ -14,8 +14,8 @@
 //! shape tells nothing: what bends it, in sensor or spring, is what is missing. Where the departures are noise
 //! nothing is missing, and the fit's own covariance stands.
 //!
-//! Of halves of 29 measured records that were fitted apart, 90 % of the numbers are within two standard
-//! uncertainties of each other, median 0.5 to 0.7.
+//! Of halves of measured records that were fitted apart, in three sets, 93, 85 and 91 % of the numbers are within
+//! two standard uncertainties of each other, the medians being 0.57, 0.93 and 0.55.
 
 mod cycles;
 mod kernels;

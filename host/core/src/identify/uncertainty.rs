@@ -20,9 +20,10 @@ const HALF_WIDTH_BINS: usize = 12;
 const LEAST_HALF_WIDTH: usize = 3;
 /// Means a cycle on which it is seen what a mode lacks, and the step by which a law is tried there.
 const MEANS_PER_CYCLE: f64 = 50.0;
-/// Times the frequency of the mode, between which noise is what is left; and so many bins tell its density to
-/// an eighth.
+/// Times the frequency of the mode, between which noise is what is left: at 2.5 times, a random moment moves the
+/// rig by (1 - 2.5^2)^-2, a thirtieth, of what it does far below the mode.
 const ABOVE: [f64; 2] = [2.5, 7.5];
+/// Bins that tell its density to an eighth; up to twice as many are taken.
 const MOST_BINS: usize = 64;
 /// Least noise, as a share of the amplitude: what rounding leaves.
 const LEAST_NOISE: f64 = 1e-9;
@@ -210,8 +211,8 @@ fn modal_deviations(mode: &Mode, covariance: &DMatrix<f64>) -> Bound {
     Bound { natural_frequency_rad_s: deviation(wn), damping_ratio: deviation(zeta) }
 }
 
-/// Power spectral density of the residual where neither the motion nor what a model of it lacks has much: from
-/// between the mode and its second harmonic on. Noise has the same about the mode. `None` where the samples are
+/// Power spectral density of the residual where neither the motion nor what a model of it lacks has much: well
+/// above the mode. Noise has the same about the mode. `None` where the samples are
 /// not dense enough.
 fn density_above(
     stretch: &Stretch<'_>,
