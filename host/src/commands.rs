@@ -4,9 +4,8 @@ use crate::flags::Flags;
 use std::path::{Path, PathBuf};
 use yawrig_base::settings::Spelling;
 use yawrig_core::diagnosis::diagnose::{Diagnosis, Status};
-use yawrig_core::effects::{Effect, MEASURED_LAW};
+use yawrig_core::effects::{Effect, SourceKind, MEASURED_LAW};
 use yawrig_model::document::DEFAULT;
-use yawrig_model::sources::AskedSource;
 use yawrig_records::place::is_standard_input;
 use yawrig_records::Selection;
 use yawrig_text::quoted;
@@ -51,7 +50,7 @@ impl Making<'_> {
 
     /// `fit`, where the model is to be made, and `add` for each of `added`, with its source; none about what
     /// came by standard input and is not there any more.
-    pub fn commands(&self, added: &[(&str, AskedSource)]) -> Vec<Words> {
+    pub fn commands(&self, added: &[(&str, SourceKind)]) -> Vec<Words> {
         let mut all = Vec::new();
         if self.files.iter().any(|file| is_standard_input(file)) {
             return all;
@@ -68,8 +67,8 @@ impl Making<'_> {
             let own = self.own.iter().find(|(own, _)| own.id() == *effect);
             let effect = own.map_or(*effect, |(_, file)| file.as_str());
             let mut add = ["yawrig", "add", effect].map(str::to_owned).to_vec();
-            let is_said = *source != AskedSource::Mechanical;
-            add.extend(is_said.then(|| Flags.name(source.setting())));
+            let is_said = *source != SourceKind::Mechanical;
+            add.extend(is_said.then(|| Flags.name(source.name())));
             add.extend(self.model_words());
             add
         }));
@@ -78,17 +77,13 @@ impl Making<'_> {
 
     /// The commands that make the model of `d`; none where nothing is to be done, or a model holds it not.
     pub fn of_diagnosis(&self, d: &Diagnosis, law_is_measured: bool) -> Vec<Words> {
-        let source = |e: &Effect| match d.source.get(e.id()) {
-            Some(&"aerodynamic") => AskedSource::Aerodynamic,
-            Some(&"each_wind") => AskedSource::EachWind,
-            _ => AskedSource::Mechanical,
-        };
+        let source = |e: &Effect| d.source.get(e.id()).copied().unwrap_or_default();
         // Those of the last model, which a constant moment beside zeros of the sensor is not in.
         let may_be = |e: &&Effect| !(e.is_random() || self.unknown_zero && e.moves_rest());
-        let mut added: Vec<(&str, AskedSource)> =
+        let mut added: Vec<(&str, SourceKind)> =
             d.effects.iter().filter(may_be).map(|e| (e.id(), source(e))).collect();
         if d.status == Status::Unexplained && law_is_measured {
-            added = vec![(MEASURED_LAW, AskedSource::Mechanical)];
+            added = vec![(MEASURED_LAW, SourceKind::Mechanical)];
         }
         match added.is_empty() {
             true => Vec::new(),

@@ -90,7 +90,7 @@ impl Model {
         let source = effect.source();
         let is_told = source != Source::Mechanical || self.wind_speeds().iter().any(|v| *v > 0.0);
         if is_told || table.contains_key("source") {
-            put(table, "source", source.name());
+            put(table, "source", source.kind().name());
         }
         match &source {
             Source::Aerodynamic { reference_m_s } => {

@@ -7,7 +7,7 @@ use crate::adding;
 use crate::document::{EffectEntry, Model};
 use crate::journal::{Action, JournalStep};
 use crate::model_fit::Data;
-use crate::sources::{self, AskedSource};
+use crate::sources;
 pub(crate) use fit::opened;
 pub use fit::{fit, fit_to, fit_with_models, Wanted};
 use std::path::Path;
@@ -17,7 +17,7 @@ pub use step::{Revision, RevisionRequest};
 use yawrig_base::error::{Error, Exit, Result};
 use yawrig_base::interrupt;
 use yawrig_base::settings;
-use yawrig_core::effects::{Effect, MOST_OWN};
+use yawrig_core::effects::{Effect, SourceKind, MOST_OWN};
 use yawrig_text::nearest;
 
 /// A word of a command line.
@@ -71,7 +71,7 @@ pub fn add(path: &Path, effect: Effect, asked: &RevisionRequest) -> Result<Revis
 pub fn add_from(
     path: &Path,
     effect: Effect,
-    source: Option<AskedSource>,
+    source: Option<SourceKind>,
     asked: &RevisionRequest,
 ) -> Result<Revision> {
     let check = |model: &Model| check_addable(model, effect.clone());
@@ -83,13 +83,13 @@ pub fn add_from(
         }
         let mut best = added(inner, data, effect.clone());
         let mut from = effect.clone();
-        for (other, sourced) in others(&effect, AskedSource::Mechanical, &speeds) {
+        for (other, sourced) in others(&effect, SourceKind::Mechanical, &speeds) {
             // One that cannot be fitted is not the one.
             let Ok(found) = added(inner, data, sourced.clone()) else { continue };
             if best.as_ref().map_or(true, |best| best.predicts_worse_than(&found)) {
                 yawrig_base::say!(
                     "{effect} from the source \"{}\": it predicts better",
-                    other.setting()
+                    other.name()
                 );
                 (best, from) = (Ok(found), sourced);
             }
@@ -103,10 +103,10 @@ pub fn add_from(
 /// speeds.
 fn others<'a>(
     effect: &'a Effect,
-    but: AskedSource,
+    but: SourceKind,
     speeds_m_s: &'a [f64],
-) -> impl Iterator<Item = (AskedSource, Effect)> + 'a {
-    let others = AskedSource::ALL.into_iter().filter(move |s| *s != but && speeds_m_s.len() > 1);
+) -> impl Iterator<Item = (SourceKind, Effect)> + 'a {
+    let others = SourceKind::ALL.into_iter().filter(move |s| *s != but && speeds_m_s.len() > 1);
     others.filter_map(|s| Some((s, sources::sourced(effect.bare(), s, speeds_m_s).ok()?)))
 }
 
@@ -165,11 +165,11 @@ fn worse(
     }
     let mut help = format!("to add it all the same: {}", settings::name("keep"));
     let speeds = inner.model.wind_speeds();
-    for (source, other) in others(effect, AskedSource::from(&effect.source()), &speeds) {
+    for (source, other) in others(effect, effect.source().kind(), &speeds) {
         // What cannot be fitted is no advice.
         let Ok(other) = added(inner, data, other) else { continue };
         if !other.predicts_worse_than(inner) {
-            let command = settings::command("add", &[effect.id()], &[(source.setting(), "")]);
+            let command = settings::command("add", &[effect.id()], &[(source.name(), "")]);
             let held_out = other.held_out_over_noise();
             help = format!("{held_out:.3} times with `{command}`; {help}");
         }

@@ -1,44 +1,10 @@
 //! Where the strength of a model's effect comes from: the rig, the air, or another one at each wind speed.
 
 use crate::document::Model;
-use serde::{Deserialize, Serialize};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::settings;
 use yawrig_core::derivatives::condition::is_same_speed;
-use yawrig_core::effects::{Effect, Source};
-
-/// The source as it is asked for, before it is known of which wind speeds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum AskedSource {
-    #[default]
-    Mechanical,
-    Aerodynamic,
-    EachWind,
-}
-
-impl AskedSource {
-    pub const ALL: [Self; 3] = [Self::Mechanical, Self::Aerodynamic, Self::EachWind];
-
-    /// The setting that asks for it.
-    pub fn setting(self) -> &'static str {
-        match self {
-            Self::Mechanical => "mechanical",
-            Self::Aerodynamic => "aerodynamic",
-            Self::EachWind => "each_wind",
-        }
-    }
-}
-
-impl From<&Source> for AskedSource {
-    fn from(source: &Source) -> Self {
-        match source {
-            Source::Mechanical => Self::Mechanical,
-            Source::Aerodynamic { .. } => Self::Aerodynamic,
-            Source::EachWind { .. } => Self::EachWind,
-        }
-    }
-}
+use yawrig_core::effects::{Effect, Source, SourceKind};
 
 impl Model {
     /// The wind speeds of the records that are fitted, rising, each once; 0: off. Records that no campaign
@@ -58,28 +24,28 @@ impl Model {
 ///
 /// # Errors
 /// Exit 2 where the air cannot make it, or the records do not say so much of the wind.
-pub fn sourced(effect: &Effect, asked: AskedSource, speeds_m_s: &[f64]) -> Result<Effect> {
+pub fn sourced(effect: &Effect, asked: SourceKind, speeds_m_s: &[f64]) -> Result<Effect> {
     let on = speeds_m_s.iter().copied().find(|speed| *speed > 0.0);
     let lacking = |what: &str| {
-        let why = format!("{effect} with {}: {what}", settings::name(asked.setting()));
+        let why = format!("{effect} with {}: {what}", settings::name(asked.name()));
         Error::usage(why).help(format!(
             "make the model of a campaign, which says the wind of each release: {}",
             settings::command("fit", &["campaign.toml"], &[])
         ))
     };
     let source = match (asked, on) {
-        (AskedSource::Mechanical, _) => Source::Mechanical,
+        (SourceKind::Mechanical, _) => Source::Mechanical,
         (_, None) => return Err(lacking("no record of the model is known to have the wind on")),
-        (AskedSource::Aerodynamic, Some(reference_m_s)) => Source::Aerodynamic { reference_m_s },
-        (AskedSource::EachWind, Some(_)) if speeds_m_s.len() < 2 => {
+        (SourceKind::Aerodynamic, Some(reference_m_s)) => Source::Aerodynamic { reference_m_s },
+        (SourceKind::EachWind, Some(_)) if speeds_m_s.len() < 2 => {
             return Err(lacking("all records of the model have one wind speed"))
         }
-        (AskedSource::EachWind, Some(_)) => Source::EachWind { speeds_m_s: speeds_m_s.to_vec() },
+        (SourceKind::EachWind, Some(_)) => Source::EachWind { speeds_m_s: speeds_m_s.to_vec() },
     };
     effect.from_source(source).ok_or_else(|| {
         Error::usage(format!(
             "{effect} with {}: it is no moment of angle and rate in proportion to a coefficient",
-            settings::name(asked.setting())
+            settings::name(asked.name())
         ))
         .help("add it without: it is the same whatever the wind")
     })

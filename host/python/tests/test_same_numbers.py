@@ -48,7 +48,8 @@ def test_diagnose_of_several(program, csv):
 def test_compare(program, csv):
     found = yawrig.compare("r.csv", effects=["coulomb_friction", "cubic_damping"])
     said = program.json("compare", "r.csv", "--effect", "coulomb_friction", "--effect", "cubic_damping")
-    assert found.to_dict() == answered(said)
+    assert answered(found.to_dict()) == answered(said)
+    assert found.to_dict()["commands"] == []
 
 
 def test_compare_with_a_model(program, csv):
@@ -60,11 +61,11 @@ def test_compare_with_a_model(program, csv):
     for effects in [[], ["coulomb_friction"]]:
         options = [word for effect in effects for word in ("--effect", effect)]
         said = program.json("compare", "--model", "m.toml", "r.csv", *options)
-        assert yawrig.compare("r.csv", model="m.toml", effects=effects).to_dict() == answered(said)
+        assert answered(yawrig.compare("r.csv", model="m.toml", effects=effects).to_dict()) == answered(said)
 
 
 def test_law(program, csv):
-    assert yawrig.law("r.csv").to_dict() == answered(program.json("law", "r.csv"))
+    assert answered(yawrig.law("r.csv").to_dict()) == answered(program.json("law", "r.csv"))
 
 
 def test_simulate(program, csv):

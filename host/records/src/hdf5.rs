@@ -95,6 +95,9 @@ type Field = (String, std::result::Result<Vec<f64>, String>);
 /// The members of a table of numbers, each a column.
 fn fields_of(dataset: &Dataset) -> Option<Vec<Field>> {
     let Datatype::Compound { size, members } = dataset.datatype().ok()? else { return None };
+    if size == 0 {
+        return None;
+    }
     let rows = dataset.read_raw().ok()?;
     let of = |member: &CompoundMember| {
         let at = member.byte_offset as usize;
@@ -116,7 +119,7 @@ fn number(kind: &Datatype, bytes: &[u8]) -> Option<f64> {
     };
     let mut eight = [0; 8];
     let size = size as usize;
-    let own = bytes.get(..size).filter(|_| size <= 8)?;
+    let own = bytes.get(..size).filter(|_| (1..=8).contains(&size))?;
     match order {
         DatatypeByteOrder::LittleEndian => eight[..size].copy_from_slice(own),
         DatatypeByteOrder::BigEndian => {

@@ -14,6 +14,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
+use yawrig_core::effects::SourceKind;
 use yawrig_core::quantity::Quantity;
 use yawrig_core::record::{Measurand, Record};
 use yawrig_model::appraisal::Appraisal;
@@ -21,7 +22,6 @@ use yawrig_model::comparison::{compare, compare_records, Compared, Comparison};
 use yawrig_model::document::is_model;
 use yawrig_model::revise::Revision;
 use yawrig_model::side_by_side::{side_by_side, Side};
-use yawrig_model::sources::AskedSource;
 use yawrig_report::units::sized;
 
 /// Compare a model with records and show where it fails.
@@ -104,7 +104,7 @@ impl Compare {
             model: model.map_or_else(new_model, Path::to_owned),
             own: &self.effects.own_files()?,
         };
-        let added = effects.iter().map(|e| (e.id(), AskedSource::Mechanical));
+        let added = effects.iter().map(|e| (e.id(), SourceKind::Mechanical));
         let added: Vec<_> = added.collect();
         Ok(if added.is_empty() { Vec::new() } else { making.commands(&added) })
     }
@@ -142,7 +142,8 @@ impl Compare {
         );
         let both = recorded.into_iter().zip(fits);
         let fitted = both.map(|(recorded, model)| OfRecord::of(recorded, model)).collect();
-        let object = revised(model.as_deref(), &revision);
+        let revision = revised(model.as_deref(), &revision);
+        let object = Object { revision, commands: Vec::new() };
         Ok(Answer::new(&object, sentence)?.drawn_from(Drawn::Fitted(fitted)))
     }
 

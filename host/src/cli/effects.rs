@@ -5,9 +5,8 @@ use super::model::{asked, print_revision, ModelArg};
 use clap::Args;
 use serde_json::json;
 use yawrig_base::error::{Error, Result};
-use yawrig_core::effects::MEASURED_LAW;
+use yawrig_core::effects::{SourceKind, MEASURED_LAW};
 use yawrig_model::revise::RevisionRequest;
-use yawrig_model::sources::AskedSource;
 use yawrig_model::{effects, measured, revise, unfitted};
 
 /// Add an effect to the model and fit it
@@ -45,11 +44,11 @@ pub struct SourceArgs {
 }
 
 impl SourceArgs {
-    fn asked(&self) -> Option<AskedSource> {
+    fn asked(&self) -> Option<SourceKind> {
         let all = [
-            (self.mechanical, AskedSource::Mechanical),
-            (self.aerodynamic, AskedSource::Aerodynamic),
-            (self.each_wind, AskedSource::EachWind),
+            (self.mechanical, SourceKind::Mechanical),
+            (self.aerodynamic, SourceKind::Aerodynamic),
+            (self.each_wind, SourceKind::EachWind),
         ];
         all.into_iter().find_map(|(is_asked, source)| is_asked.then_some(source))
     }
@@ -101,7 +100,7 @@ impl Add {
         let asked = RevisionRequest { keep: self.keep, ..asked(why.as_deref()) };
         let source = self.source.asked();
         let revision = if self.effect == MEASURED_LAW {
-            if source.is_some_and(|source| source != AskedSource::Mechanical) {
+            if source.is_some_and(|source| source != SourceKind::Mechanical) {
                 return Err(Error::usage("measured_law with a source")
                     .help("leave it out: a law is measured as one of the rig"));
             }

@@ -13,7 +13,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::Result;
 use yawrig_base::settings::Spelling;
-use yawrig_core::effects::MEASURED_LAW;
+use yawrig_core::effects::{SourceKind, MEASURED_LAW};
 use yawrig_core::law::names::Name;
 use yawrig_core::law::tables::Point;
 use yawrig_core::record::Record;
@@ -22,7 +22,6 @@ use yawrig_model::document::{is_model, Model};
 use yawrig_model::law::{self, File, LawAnswer};
 use yawrig_model::model_fit::Data;
 use yawrig_model::revise::quoted;
-use yawrig_model::sources::AskedSource;
 use yawrig_records::Selection;
 use yawrig_report::units::sized;
 
@@ -65,9 +64,7 @@ impl Law {
         let files = written(&found, self.out.as_deref())?;
         let commands = self.commands(&found, &given, &files)?;
         if self.json {
-            let mut object = with_roll(object(&found, &files), roll);
-            object["commands"] = json!(commands);
-            return print_json(&object);
+            return print_json(&with_commands(object(&found, &files), roll, &commands));
         }
         let mut text = text(&found, &files, &command(&given, &reading, self.may_drive));
         if let Some(decay) = roll {
@@ -103,7 +100,7 @@ impl Law {
         let unwritten = || found.files(&folder).into_iter().next().map(|file| file.path);
         let added = best.clone().or_else(unwritten);
         let added = added.map_or(MEASURED_LAW.to_owned(), |file| file.display().to_string());
-        let mut all = making.commands(&[(&added, AskedSource::Mechanical)]);
+        let mut all = making.commands(&[(&added, SourceKind::Mechanical)]);
         // The formulas' files, where they are not written yet.
         if best.is_none() && added != MEASURED_LAW && !all.is_empty() {
             let mut law = vec!["yawrig".to_owned(), "law".to_owned()];
@@ -128,7 +125,12 @@ impl Law {
     }
 }
 
-fn with_roll(mut object: serde_json::Value, roll: Option<RollDecay>) -> serde_json::Value {
+fn with_commands(
+    mut object: serde_json::Value,
+    roll: Option<RollDecay>,
+    commands: &[Words],
+) -> serde_json::Value {
+    object["commands"] = json!(commands);
     if let Some(roll) = roll {
         object["roll"] = json!(roll);
     }
@@ -154,7 +156,7 @@ impl Law {
             None => "no law beside the second-order response that has a name".to_owned(),
         };
         let roll = self.roll_decay(&found)?;
-        Answer::new(&with_roll(object(&found, &[]), roll), sentence)
+        Answer::new(&with_commands(object(&found, &[]), roll, &[]), sentence)
     }
 }
 

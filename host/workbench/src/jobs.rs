@@ -143,9 +143,8 @@ fn run(app: &Arc<App>, job: &Job) -> Result<String> {
         Job::Fit => taken.fit().map(|r| said("fitted", &r)),
         Job::Add { effect, why, may_drive, source, keep } => {
             let drives = if *may_drive { " --may-drive" } else { "" };
-            let from = source.map_or_else(String::new, |source| {
-                format!(" {}", settings::name(source.setting()))
-            });
+            let from = source
+                .map_or_else(String::new, |source| format!(" {}", settings::name(source.name())));
             let kept = if *keep { " --keep" } else { "" };
             let words = format!("add {}{drives}{from}{kept}", quoted(effect));
             let asked = RevisionRequest { keep: *keep, ..taken.asked(&words, why.as_deref()) };

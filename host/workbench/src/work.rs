@@ -5,8 +5,7 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt::Task;
-use yawrig_core::effects::MEASURED_LAW;
-use yawrig_model::sources::AskedSource;
+use yawrig_core::effects::{SourceKind, MEASURED_LAW};
 
 /// Longest sleep of the worker's thread.
 const NAP: Duration = Duration::from_millis(200);
@@ -27,7 +26,7 @@ pub enum Job {
         may_drive: bool,
         /// In a model of a campaign: where its strength comes from; by itself what predicts best.
         #[serde(default)]
-        source: Option<AskedSource>,
+        source: Option<SourceKind>,
         /// Though with it what was held out is predicted worse.
         #[serde(default)]
         keep: bool,

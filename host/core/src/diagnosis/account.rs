@@ -114,12 +114,13 @@ pub(crate) fn account(
         std::slice::from_ref,
     )?;
     let smaller = &survivors.path[..survivors.path.len() - 1];
-    let mut fits: Vec<Fitted> =
+    let fits: Vec<Fitted> =
         smaller.iter().map_at_once(|judged| of_judged(decay, &survivors, judged)).collect();
-    fits.push(polished(last, decay));
+    let last = polished(last, decay);
     decay.stop.check()?;
-    let last = fits.last().expect("the plain model").clone().with_discrepancy(decay);
-    let rest = last.rest_rad().expect("a rest angle that was fitted");
+    let with_discrepancy = |model: Fitted| model.with_discrepancy(decay);
+    let known = with_discrepancy(last.clone());
+    let rest = known.rest_rad().expect("a rest angle that was fitted");
     let offset = !zero_unknown && !rest.holds(0.0, CHANCE);
     let mut steps = Vec::new();
     let mut effects = Vec::new();
@@ -137,14 +138,12 @@ pub(crate) fn account(
         effects.push(Effect::of_rest());
     }
     let plain = steps.len();
-    let longer = lines::beside(decay, fits.last().expect("the plain model"), survivors.there())?;
+    let longer = lines::beside(decay, &last, survivors.there())?
+        .into_iter()
+        .map(|longer| (with_discrepancy(polished(longer.model, decay)), longer.held_out_rad));
     let held_out = survivors.path.iter().map(|judged| judged.prediction.rms_rad());
-    let mut models: Vec<(Fitted, f64)> = fits.into_iter().zip(held_out).collect();
-    models.extend(
-        longer.into_iter().map(|longer| (polished(longer.model, decay), longer.held_out_rad)),
-    );
-    for (model, held_out_rad) in models {
-        let model = model.with_discrepancy(decay);
+    let fits = fits.into_iter().map(with_discrepancy).chain([known]).zip(held_out);
+    for (model, held_out_rad) in fits.chain(longer) {
         let is_new = |e: &&Effect| !effects.contains(e) && !survivors.there().contains(e);
         let new = model.structure.effects.iter().find(is_new).cloned();
         effects.extend(new.clone());

@@ -5,7 +5,7 @@ use crate::diagnosis::compare::Where;
 pub use crate::diagnosis::origin::Condition;
 use crate::diagnosis::origin::Origin;
 use crate::diagnosis::wind::{Dimensionless, GrowsAs};
-use crate::effects::Effect;
+use crate::effects::{Effect, SourceKind};
 use crate::fit::at_amplitude::AtAmplitude;
 use crate::fit::fitting::{
     held_out_over_noise, refit, Covariance, Fitted, Limit, Modal, Number, Structure,
@@ -136,7 +136,7 @@ pub struct Diagnosis {
     pub dimensionless: BTreeMap<String, Dimensionless>,
     /// By effect of a campaign: as a model of its releases takes it, `mechanical`, `aerodynamic` or
     /// `each_wind`.
-    pub source: BTreeMap<String, &'static str>,
+    pub source: BTreeMap<String, SourceKind>,
     /// Whether the effects act about the angle of rest, as with a zero that is fitted, not about the
     /// sensor's.
     pub about_rest: bool,

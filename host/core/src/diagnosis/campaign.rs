@@ -14,7 +14,7 @@ use crate::diagnosis::releases::ReleaseAnswers;
 use crate::diagnosis::several_fit::{SharedEffect, Source, Together};
 use crate::diagnosis::verdict::SECOND_ORDER;
 use crate::diagnosis::wind::{self, Dimensionless, GrowsAs};
-use crate::effects::Effect;
+use crate::effects::{Effect, SourceKind};
 use crate::error::Result;
 use crate::fit::fitting::{Fitted, Modal};
 use crate::fit::free_decay::FreeDecay;
@@ -93,7 +93,7 @@ impl Campaign<'_> {
             }
         };
         for SharedEffect { effect, source, .. } in &last.shared {
-            let of_air = found.source.get(effect.id()) == Some(&"aerodynamic");
+            let of_air = found.source.get(effect.id()) == Some(&SourceKind::Aerodynamic);
             let (Some(Source { seen, .. }), Some(inertia), true) = (source, &inertia, of_air)
             else {
                 continue;

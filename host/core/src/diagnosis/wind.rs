@@ -5,7 +5,7 @@
 use crate::derivatives::campaign::Campaign;
 use crate::derivatives::table::ByAxis;
 use crate::diagnosis::origin::{changes_with_wind, Origin, Seen};
-use crate::effects::Effect;
+use crate::effects::{Effect, SourceKind};
 use crate::quantity::{weighted_mean, Quantity, CHANCE};
 use serde::Serialize;
 use yawrig_shared::axis::Axis;
@@ -89,21 +89,21 @@ impl Dimensionless {
     }
 }
 
-/// The source from which a model takes `effect`, by name.
+/// The source from which a model takes `effect`.
 pub(super) fn source(
     effect: &Effect,
     origin: Origin,
     seen: &[Seen],
     grows: Option<GrowsAs>,
-) -> &'static str {
+) -> SourceKind {
     let may_be_blown = effect.wind_power(&[]).is_some();
     let follows_power = grows.is_none_or(|grows| grows.holds());
     match origin {
-        Origin::Aerodynamic if may_be_blown && follows_power => "aerodynamic",
+        Origin::Aerodynamic if may_be_blown && follows_power => SourceKind::Aerodynamic,
         Origin::Aerodynamic | Origin::Undecided if may_be_blown && changes_with_wind(seen) => {
-            "each_wind"
+            SourceKind::EachWind
         }
-        _ => "mechanical",
+        _ => SourceKind::Mechanical,
     }
 }
 
@@ -144,6 +144,9 @@ mod tests {
             let grows = GrowsAs::of(&Effect::CubicStiffness, seen);
             source(&Effect::CubicStiffness, Origin::Aerodynamic, seen, grows)
         };
-        assert_eq!([of(&with(20.0)), of(&with(10.0))], ["aerodynamic", "each_wind"]);
+        assert_eq!(
+            [of(&with(20.0)), of(&with(10.0))].map(SourceKind::name),
+            ["aerodynamic", "each_wind"]
+        );
     }
 }

@@ -22,7 +22,7 @@ pub use law::{Card, Equation, RollTerm};
 pub(crate) use lines::FASTEST;
 pub use measured::{Line, MeasuredLaw, MEASURED_LAW};
 pub(crate) use memory::Memories;
-pub use sourced::{Source, Sourced};
+pub use sourced::{Source, SourceKind, Sourced};
 pub use terms::Terms;
 pub(crate) use terms::{Moments, States, LANES};
 pub(crate) use terms::{Rotation, State};

@@ -9,8 +9,8 @@ use super::terms::Terms;
 use super::Effect;
 use crate::derivatives::condition::{is_same_speed, SAME_SPEED};
 use crate::quantity::Quantity;
+use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
-use std::fmt;
 use std::sync::Arc;
 use yawrig_expression::Parameter;
 
@@ -34,19 +34,40 @@ pub enum Source {
 }
 
 impl Source {
-    /// As files and the command line write it.
-    pub fn name(&self) -> &'static str {
+    /// Which of the three it is.
+    pub fn kind(&self) -> SourceKind {
         match self {
-            Self::Mechanical => "mechanical",
-            Self::Aerodynamic { .. } => "aerodynamic",
-            Self::EachWind { .. } => "each_wind",
+            Self::Mechanical => SourceKind::Mechanical,
+            Self::Aerodynamic { .. } => SourceKind::Aerodynamic,
+            Self::EachWind { .. } => SourceKind::EachWind,
         }
     }
 }
 
-impl fmt::Display for Source {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
+/// A [`Source`] before it is known of which wind speeds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SourceKind {
+    /// The rig.
+    #[default]
+    Mechanical,
+    /// The air, by a power of the wind speed.
+    Aerodynamic,
+    /// A coefficient of its own at each wind speed.
+    EachWind,
+}
+
+impl SourceKind {
+    /// All there are.
+    pub const ALL: [Self; 3] = [Self::Mechanical, Self::Aerodynamic, Self::EachWind];
+
+    /// As files and settings write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mechanical => "mechanical",
+            Self::Aerodynamic => "aerodynamic",
+            Self::EachWind => "each_wind",
+        }
     }
 }
 

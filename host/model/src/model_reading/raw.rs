@@ -1,10 +1,9 @@
 //! The tables of `model.toml` as they stand in it, before anything is checked.
 
-use crate::sources::AskedSource;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use toml::Spanned;
-use yawrig_core::effects::{Knots, Line};
+use yawrig_core::effects::{Knots, Line, SourceKind};
 use yawrig_core::plan::Can;
 use yawrig_core::record::Said;
 use yawrig_records::Selection;
@@ -64,7 +63,7 @@ pub(super) struct RawEffect {
     pub(super) definition: Option<Spanned<String>>,
     pub(super) law: Option<Spanned<RawLaw>>,
     #[serde(default)]
-    pub(super) source: AskedSource,
+    pub(super) source: SourceKind,
     /// Of which an aerodynamic coefficient is.
     pub(super) reference_wind_m_s: Option<Spanned<f64>>,
     /// Of which each has a coefficient.
