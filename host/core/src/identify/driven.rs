@@ -1,48 +1,71 @@
-//! Where the model is driven before it is left to itself.
+//! Where the model is driven or pushed before it is left to itself.
 //!
-//! What a free decay loses in a cycle is least at the smallest amplitude, whether it is lost to viscous
-//! damping, dry friction or drag: its envelope is convex. Where the amplitude stands or rises and from then
-//! on falls for good, something had kept it up until there.
+//! What a free decay loses in a cycle depends on its amplitude alone, and smoothly so. Where the amplitude was
+//! kept up until it falls for good, its logarithm has a kink; where it rose, something had pushed it. Two modes
+//! that beat rise, too, but turn round smoothly, and fall as fast as they have risen, again and again.
 
-use super::envelope::POINTS_PER_CYCLE;
+use super::envelope::{Point, POINTS_PER_CYCLE};
 use super::release::Search;
+use super::Begin;
 use crate::solver::linear_fit;
 use crate::statistics::median;
 
-/// Shares of the amplitude at the release between which the fall after it is looked at: below the first it is
-/// sure to have begun, above the last it is still the same.
-const FALL: [f64; 2] = [0.97, 0.75];
+/// Share of the amplitude at the release down to which the fall after it, and what is before it, is looked at.
+const FALL: f64 = 0.75;
 /// Share of the loss after the release that is left before it: dry friction and drag leave 0.8 and more.
 const LEAST_CHANGE: f64 = 0.3;
 /// Cycles, and share of the time that the fall after it takes, in which the amplitude was kept up.
 const DRIVEN_CYCLES: usize = 3;
 const DRIVEN_SHARE: f64 = 0.3;
-/// Points that a straight line is laid through, at least.
+/// Points that the logarithm of the amplitude is laid through, about.
+const POINTS: usize = 64;
+/// Fewest of them before the release.
 const FEWEST_POINTS: usize = 6;
-/// A rise from the least amplitude so far: beats rise again, what is pushed, too.
+/// A rise from the least amplitude so far that is none of a free decay.
 const RISES: f64 = 1.15;
-/// The share of the amplitude at the release that has to be reached, and the one above which no rise is
-/// allowed for some time more, in times that this takes: two equal modes beat as the size of a cosine does,
-/// which is down to a half at 60 degrees and up to a quarter again at 104.5, 1.74 times that.
+/// The share of the largest amplitude that has to be left at the release, and that of the amplitude at the
+/// release above which no rise is allowed after it.
 const FALLS_TO: f64 = 0.5;
 const RETURNS_TO: f64 = 0.25;
-const RETURNS_AFTER: f64 = 1.8;
+/// A rise by this factor is a push where the fall after it takes that many times as long.
+const PUSHED_RATIO: f64 = 1.5;
+const FALLS_LONGER: usize = 3;
+/// Share of the amplitude after a push down to which it is a free decay.
+const DIED_OUT: f64 = 0.05;
 /// Most points that are looked at: of a longer envelope every second, third, ...
 const MOST_POINTS: usize = 8192;
 /// Loss of amplitude while it is kept up, over what noise makes of it.
 const LOSS_OVER_NOISE: f64 = 6.0;
 
+/// A kink of the amplitude's logarithm.
+struct Kink {
+    at: usize,
+    /// Amplitudes before it that it is seen by.
+    before: usize,
+    /// Sum of squares that it leaves of what a smooth curve with as many numbers leaves.
+    leaves: f64,
+}
+
 impl Search<'_> {
-    /// The time until which the model was driven; none where its decay begins otherwise.
-    pub(super) fn driven_until(&self) -> Option<f64> {
+    /// The time from which the model is left alone, and what it was before; none where its decay begins
+    /// otherwise.
+    pub(super) fn left_alone(&self) -> Option<(f64, Begin)> {
         let every = self.points.len().div_ceil(MOST_POINTS);
         let amplitude = self.smoothed(every);
         let largest = amplitude.iter().copied().fold(0.0, f64::max);
-        // The last one: what comes before was ended by being driven.
-        let kinks = (0..amplitude.len()).rev().filter(|&k| amplitude[k] > FALLS_TO * largest);
-        let at = kinks.map(|k| self.kink(&amplitude, every, k)).find_map(|kink| kink)?;
-        let hop_s = self.period / POINTS_PER_CYCLE as f64 * every as f64;
-        Some(self.points[0].time_s + at * hop_s)
+        let cycle = (POINTS_PER_CYCLE / every).max(1);
+        let driven = self.kept_up_until(&amplitude, largest, every).map(|k| (k, Begin::Driven));
+        let swings: Vec<bool> = self.points.iter().step_by(every).map(Point::swings).collect();
+        let pushed = pushed_until(&amplitude, &swings, largest, cycle).map(|[low, peak]| {
+            let slowly = peak - low > DRIVEN_CYCLES * cycle;
+            if slowly {
+                (peak, Begin::Driven)
+            } else {
+                (low, Begin::Pushed)
+            }
+        });
+        let (at, begin) = driven.into_iter().chain(pushed).max_by_key(|(at, _)| *at)?;
+        Some((self.points[(at * every).min(self.points.len() - 1)].time_s, begin))
     }
 
     /// So many of the amplitudes, each the median of the cycle about it: a wild sample makes a spike of a
@@ -58,46 +81,116 @@ impl Search<'_> {
         (0..=last).step_by(every).map(middle).collect()
     }
 
-    /// Where among the amplitudes the release is, if they stand or rise until about number `k` and fall for
-    /// good after it.
-    fn kink(&self, amplitude: &[f64], every: usize, k: usize) -> Option<f64> {
+    /// The number of the amplitude until which it was kept up: the last kink, where it is sharpest.
+    fn kept_up_until(&self, amplitude: &[f64], largest: f64, every: usize) -> Option<usize> {
+        let kink = |k: usize| {
+            (amplitude[k] > FALLS_TO * largest).then(|| self.kink(amplitude, every, k))?
+        };
+        let last = (0..amplitude.len()).rev().find_map(kink)?;
+        let near = (last.at.saturating_sub(last.before)..=last.at).filter_map(kink);
+        near.min_by(|a, b| a.leaves.total_cmp(&b.leaves)).map(|kink| kink.at)
+    }
+
+    /// The kink at amplitude number `k`, if it stands or rises before it and falls after it.
+    fn kink(&self, amplitude: &[f64], every: usize, k: usize) -> Option<Kink> {
         let level = amplitude[k];
         let reaches = |share: f64| (k..amplitude.len()).find(|&j| amplitude[j] < share * level);
-        let [begun, fallen] = [reaches(FALL[0])?, reaches(FALL[1])?];
-        let halved = reaches(FALLS_TO)?;
-        let until = k + (RETURNS_AFTER * (halved - k) as f64) as usize;
-        let mut least = f64::INFINITY;
-        let rises = amplitude[k..until.min(amplitude.len())].iter().any(|a| {
-            least = least.min(*a);
-            *a > RETURNS_TO * level && *a > RISES * least
-        });
-        // Where the record ends before: beats do not stand as long as they fall.
-        let stood = amplitude[..k].iter().rev();
-        let stood = stood.take_while(|a| **a > FALL[1] * level && **a < level / FALL[0]).count();
-        if rises || (until > amplitude.len() && stood < until - k) {
+        let fallen = reaches(FALL).unwrap_or(amplitude.len() - 1);
+        if rises(&amplitude[k..reaches(FALLS_TO).unwrap_or(amplitude.len())], level) {
             return None;
         }
-        let kept_up = amplitude[..k].iter().rev().take_while(|a| **a > FALLS_TO * level);
-        let before = (fallen - k).min(kept_up.count());
-        let long = before * every >= DRIVEN_CYCLES * POINTS_PER_CYCLE
-            && before >= FEWEST_POINTS
-            && before as f64 >= DRIVEN_SHARE * (fallen - k) as f64;
-        if !long {
+        let kept_up = amplitude[..k].iter().rev().take_while(|a| **a > FALL * level);
+        let fewest = (DRIVEN_CYCLES * POINTS_PER_CYCLE).div_ceil(every).max(FEWEST_POINTS);
+        let before = (fallen - k).max(fewest).min(kept_up.count());
+        let long = before >= fewest && before as f64 >= DRIVEN_SHARE * (fallen - k) as f64;
+        // What a hand stops does not decay after it.
+        let least = self.least();
+        let decays = amplitude[k..].iter().take_while(|a| **a > least).count() > fewest;
+        if !long || !decays {
             return None;
         }
-        let fall = |points: std::ops::Range<usize>| {
-            let rows = points.map(|j| ([1.0, (j as f64) - k as f64], amplitude[j]));
-            linear_fit(rows)
+        let apart = (fallen + before - k).div_ceil(POINTS);
+        let points = || {
+            let log = |j: usize| ((j as f64 - k as f64) / (fallen - k) as f64, amplitude[j].ln());
+            (k - before..=fallen).step_by(apart).map(log)
         };
-        // Straight lines through both: what they lose in a point.
-        let [early, late] = [fall(k - before..k + 1)?, fall(begun..fallen + 1)?];
-        let latest = fall(k - before / 2..k + 1)?;
-        let expected = -late[1] * before as f64;
-        let is_seen = expected > LOSS_OVER_NOISE * self.amplitude_noise();
-        // Behind a push it would fall already.
-        let slowest = early[1].min(latest[1]);
-        let stands = -slowest < LEAST_CHANGE * -late[1] && is_seen;
-        let is_kink = stands && amplitude[k - before..k].iter().all(|a| *a < level / FALL[0]);
-        is_kink.then(|| k as f64 + (early[0] - late[0]) / (late[1] - early[1]))
+        let broken = |t: f64| [1.0, t, t.max(0.0)];
+        let smooth = |t: f64| [1.0, t, t * t, t.powi(3)];
+        let lines = linear_fit(points().map(|(t, y)| (broken(t), y)))?;
+        let curve = linear_fit(points().map(|(t, y)| (smooth(t), y)))?;
+        let leaves = squares(&lines, broken, points()) / squares(&curve, smooth, points());
+        let (early, late) = (-lines[1], -lines[1] - lines[2]);
+        let expected = level * late * before as f64 / (fallen - k) as f64;
+        let is_kink = leaves < 1.0
+            && early < LEAST_CHANGE * late
+            && expected > LOSS_OVER_NOISE * self.amplitude_noise();
+        is_kink.then_some(Kink { at: k, before, leaves })
     }
+}
+
+/// What `x` leaves of the points.
+fn squares<const N: usize>(
+    x: &[f64; N],
+    row: impl Fn(f64) -> [f64; N],
+    points: impl Iterator<Item = (f64, f64)>,
+) -> f64 {
+    let off = |(t, y): (f64, f64)| y - row(t).iter().zip(x).map(|(r, x)| r * x).sum::<f64>();
+    points.map(|point| off(point).powi(2)).sum()
+}
+
+/// Whether amplitudes that begin at `level` rise again before they are small.
+fn rises(amplitude: &[f64], level: f64) -> bool {
+    let mut least = f64::INFINITY;
+    amplitude.iter().any(|a| {
+        least = least.min(*a);
+        *a > RETURNS_TO * level && *a > RISES * least
+    })
+}
+
+/// The numbers of the least amplitude before the last push and of the largest after it, if the model swung
+/// before it and what follows it falls for good, and for longer than what it swung before.
+fn pushed_until(
+    amplitude: &[f64],
+    swings: &[bool],
+    largest: f64,
+    cycle: usize,
+) -> Option<[usize; 2]> {
+    let mut peak = amplitude.len() - 1;
+    let mut pushed = None;
+    for k in (0..amplitude.len()).rev() {
+        if amplitude[k] > amplitude[peak] {
+            peak = k;
+        }
+        if amplitude[peak] > FALLS_TO * largest && amplitude[peak] > PUSHED_RATIO * amplitude[k] {
+            pushed = Some(k);
+            break;
+        }
+    }
+    // Down to where it began to rise.
+    let risen = pushed?;
+    let low = (0..=risen).rev().take_while(|k| amplitude[*k] <= amplitude[risen]);
+    let low = low.min_by(|a, b| amplitude[*a].total_cmp(&amplitude[*b]))?;
+    let begun = (low..=peak).find(|k| amplitude[*k] > RISES * amplitude[low]).unwrap_or(low);
+    let level = amplitude[peak];
+    let swung = swings[..begun].iter().filter(|s| **s).count();
+    let after = amplitude.len() - peak;
+    let free = amplitude[peak..].iter().take_while(|a| **a > DIED_OUT * level).count();
+    let is_push = swung > DRIVEN_CYCLES * cycle
+        && after > FALLS_LONGER * (peak - begun)
+        && !rises(&amplitude[peak..], level)
+        && free > swung.min(longest_fall(&amplitude[..=low]));
+    is_push.then_some([begun, peak])
+}
+
+/// Most amplitudes in a row without a rise.
+fn longest_fall(amplitude: &[f64]) -> usize {
+    let (mut longest, mut begun, mut least) = (0, 0, f64::INFINITY);
+    for (k, a) in amplitude.iter().enumerate() {
+        least = least.min(*a);
+        if *a > RISES * least {
+            (begun, least) = (k, *a);
+        }
+        longest = longest.max(k - begun);
+    }
+    longest
 }

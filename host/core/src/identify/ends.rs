@@ -3,6 +3,7 @@
 use super::damped_sinusoid::Mode;
 use super::envelope::POINTS_PER_CYCLE;
 use super::flag::Flag;
+use super::free_motion::{FreeMotion, BEATING_CYCLES};
 use super::least_squares;
 use super::release::{Ending, Run, Search};
 use super::samples::Stretch;
@@ -17,6 +18,8 @@ const MISFIT_SHARE: f64 = 0.12;
 const MISFIT_NOISE: f64 = 6.0;
 /// Amplitude over noise beyond which a hand, a push and a swing are distinguished from a wandering zero.
 const CLEAR_SWING: f64 = 20.0;
+/// Cycles of one mode by which it is continued.
+const CORE_CYCLES: f64 = 2.0;
 /// Left out after a release, in cycles: the catch takes some time to let go.
 const GUARD_CYCLES: f64 = 0.02;
 /// Fall of the amplitude within a cycle that no damping in range explains (damping ratio 0.15).
@@ -29,6 +32,8 @@ const FALLS_FASTER: f64 = 1.5;
 /// where the fall within the two cycles before it is less than its root: a beat falls as fast as it rises.
 const PUSHED_RATIO: f64 = 1.5;
 const PUSHED_SHARE: f64 = 0.25;
+/// Cycles in which a rise by this ratio is a hand's or a push.
+const PUSHED_CYCLES: usize = 3;
 /// Cycles that the model has swung before it can have been pushed again: what wanders is no swing.
 const SWUNG: usize = 3;
 
@@ -45,11 +50,14 @@ impl Search<'_> {
         let pushed = self.push(run).filter(|_| self.is_clear(run)).unwrap_or(run.last);
         let peak = self.largest(run.first, pushed);
         let first_s = (self.points[run.first].time_s - 0.5 * self.period).max(self.begin_s);
-        // Where it is not seen to be let go from standing still, an amplitude that grows grows by itself.
-        let grows = peak - run.first > 2 * POINTS_PER_CYCLE;
+        let is_clear = self.is_clear(run);
+        // Where it is not seen to be let go from standing still or pushed, an amplitude that grows grows by
+        // itself.
+        let before = self.points[peak.saturating_sub(PUSHED_CYCLES * POINTS_PER_CYCLE)];
+        let pushed_up = self.points[peak].amplitude_deg > PUSHED_RATIO * before.amplitude_deg;
+        let grows = peak - run.first > 2 * POINTS_PER_CYCLE && !(is_clear && pushed_up);
         let begin = Begin::Record;
         let by_itself = Onset { release_s: first_s, free_from_s: first_s, begin };
-        let is_clear = self.is_clear(run);
         if grows && !is_clear {
             return by_itself;
         }
@@ -60,8 +68,7 @@ impl Search<'_> {
             false => self.points[peak].time_s + 0.5 * self.period,
         };
         loop {
-            let core = self.means.between(free_s, free_s + 2.0 * self.period);
-            let Some(mode) = self.mode_of(&core) else {
+            let Some(motion) = self.continued(free_s) else {
                 if grows {
                     return by_itself;
                 }
@@ -70,29 +77,30 @@ impl Search<'_> {
                 return Onset { release_s: free_s, free_from_s: free_s, begin };
             };
             let before = self.means.between(free_s - 0.5 * self.period, free_s);
-            let misfit = self.misfits(&before, &mode).last();
+            let misfit = self.misfits(&before, &motion).last();
             if let Some(last) = misfit {
                 let seen_s = before.time_s[last] + self.means.step_s;
-                let amplitude_deg = mode.amplitude_deg(seen_s);
+                let amplitude_deg = motion.amplitude_deg(seen_s);
                 // A wandering zero stands still at times, too, but what follows is no damped mode far above
                 // the noise.
                 let is_let_go = || {
-                    self.misfits(&core, &mode).next().is_none()
+                    let core = self.means.between(free_s, free_s + CORE_CYCLES * self.period);
+                    self.misfits(&core, &motion).next().is_none()
                         && self.hold_before(seen_s, amplitude_deg).is_some()
                 };
                 if grows && !is_let_go() {
                     return by_itself;
                 }
-                return self.released(seen_s, &mode, flags);
+                return self.released(seen_s, &motion, flags);
             }
             free_s -= 0.5 * self.period;
             if free_s <= self.begin_s {
                 if grows {
                     return by_itself;
                 }
-                let [_, rate] = self.state(&mode, self.begin_s);
-                let wn = mode.natural_frequency_rad_s();
-                let amplitude = self.derivative.of_motion(mode.amplitude_deg(self.begin_s), wn);
+                let [_, rate] = motion.state(self.derivative, self.begin_s);
+                let wn = motion.main().natural_frequency_rad_s();
+                let amplitude = self.derivative.of_motion(motion.amplitude_deg(self.begin_s), wn);
                 let in_mid_swing = rate.abs() > 0.15 * amplitude * wn;
                 if in_mid_swing {
                     flags.push(Flag::StartsInMidSwing);
@@ -103,10 +111,17 @@ impl Search<'_> {
         }
     }
 
-    /// Coordinate and rate of the motion in `mode`.
-    fn state(&self, mode: &Mode, time_s: f64) -> [f64; 2] {
-        let recorded = [mode.yaw_deg(time_s) - mode.offset_deg, mode.rate_deg_s(time_s)];
-        self.derivative.state(recorded, mode.natural_frequency_rad_s(), mode.damping_ratio())
+    /// What is free from `free_s` on for two cycles, or for five where two modes beat.
+    fn continued(&self, free_s: f64) -> Option<FreeMotion> {
+        let cycles = |n: f64| self.means.between(free_s, free_s + n * self.period);
+        let core = cycles(CORE_CYCLES);
+        let one = FreeMotion::one(self.mode_of(&core)?);
+        if self.misfits(&core, &one).next().is_none() {
+            return Some(one);
+        }
+        let core = cycles(BEATING_CYCLES);
+        let two = FreeMotion::two(&core).filter(|two| self.misfits(&core, two).next().is_none());
+        Some(two.unwrap_or(one))
     }
 
     /// The point with the largest amplitude.
@@ -114,15 +129,6 @@ impl Search<'_> {
         (first..=last)
             .max_by(|&a, &b| self.points[a].amplitude_deg.total_cmp(&self.points[b].amplitude_deg))
             .unwrap_or(first)
-    }
-
-    /// The end of a push behind which the motion is free for longer than before it.
-    pub(super) fn pushed_until(&self) -> Option<f64> {
-        let least = self.least();
-        let run = self.longest_run(|p| p.amplitude_deg >= least)?;
-        let pushed = self.push(run).filter(|_| self.is_clear(run))?;
-        let peak = self.largest(pushed, (pushed + 3 * POINTS_PER_CYCLE).min(run.last));
-        (run.last - peak > pushed - run.first).then(|| self.points[peak].time_s)
     }
 
     /// Whether a hand, a push and a swing can be distinguished: far above the noise.
@@ -146,13 +152,13 @@ impl Search<'_> {
     }
 
     /// The release, seen to be over at `free_s` from the free motion after it.
-    fn released(&self, free_s: f64, mode: &Mode, flags: &mut Vec<Flag>) -> Onset {
-        let (release_s, begin) = match self.hold_before(free_s, mode.amplitude_deg(free_s)) {
+    fn released(&self, free_s: f64, motion: &FreeMotion, flags: &mut Vec<Flag>) -> Onset {
+        let (release_s, begin) = match self.hold_before(free_s, motion.amplitude_deg(free_s)) {
             None => {
                 flags.push(Flag::PushedAtStart);
                 (free_s, Begin::Pushed)
             }
-            Some(hold_deg) => (self.leaves(mode, hold_deg, free_s), Begin::Held),
+            Some(hold_deg) => (self.leaves(motion, hold_deg, free_s), Begin::Held),
         };
         let guarded = release_s + GUARD_CYCLES * self.period;
         Onset { release_s, free_from_s: free_s.max(guarded), begin }
@@ -162,17 +168,17 @@ impl Search<'_> {
         least_squares::fit_mode(stretch, TAU / self.period).map(|found| found.mode)
     }
 
-    /// Indices in `stretch` from which on two neighbours lie off the continued mode.
+    /// Indices in `stretch` from which on two neighbours lie off the continued motion.
     fn misfits<'b>(
         &self,
         stretch: &'b Stretch<'_>,
-        mode: &'b Mode,
+        motion: &'b FreeMotion,
     ) -> impl DoubleEndedIterator<Item = usize> + 'b {
         let noise = MISFIT_NOISE * self.noise;
         let off = move |k: usize| {
             let t = stretch.time_s[k];
-            let allowed = noise.max(MISFIT_SHARE * mode.amplitude_deg(t));
-            (stretch.yaw_deg[k] - mode.yaw_deg(t)).abs() > allowed
+            let allowed = noise.max(MISFIT_SHARE * motion.amplitude_deg(t));
+            (stretch.yaw_deg[k] - motion.yaw_deg(t)).abs() > allowed
         };
         (0..stretch.len()).filter(move |&k| off(k) && (k == 0 || off(k - 1)))
     }
@@ -190,28 +196,25 @@ impl Search<'_> {
         (still as f64 >= 0.75 * before.len() as f64).then_some(level)
     }
 
-    /// When the mode leaves the hold: at its turning point if that is the hold's level, else where it crosses
+    /// When the motion leaves the hold: at its turning point if that is the hold's level, else where it crosses
     /// it.
-    fn leaves(&self, mode: &Mode, hold_deg: f64, seen_s: f64) -> f64 {
+    fn leaves(&self, motion: &FreeMotion, hold_deg: f64, seen_s: f64) -> f64 {
         let steps = 64;
         let span = 0.25 * self.period;
         let times = (0..=2 * steps).map(|i| seen_s + span * (i as f64 / steps as f64 - 1.0));
-        let off = |t: f64| (mode.yaw_deg(t) - hold_deg).abs();
+        let off = |t: f64| (motion.yaw_deg(t) - hold_deg).abs();
         let Some(nearest) = times.min_by(|a, b| off(*a).total_cmp(&off(*b))) else { return seen_s };
         // Held still there is no acceleration, and the largest at once when it is let go.
         let jumps = self.derivative == Derivative::Acceleration;
         let nearest = if jumps { seen_s } else { nearest };
         // Newton on the rate: a turning point within a sixteenth of a cycle is the release from rest.
         let mut turning = nearest;
-        let wn2 = mode.natural_frequency_rad_s().powi(2);
         for _ in 0..20 {
-            let rate = mode.rate_deg_s(turning);
-            let acceleration =
-                -2.0 * mode.decay_rate_1_s * rate - wn2 * (mode.yaw_deg(turning) - mode.offset_deg);
+            let [rate, acceleration] = motion.slopes(turning);
             turning -= rate / acceleration;
         }
         let near = (turning - nearest).abs() < self.period / 8.0;
-        let allowed = (MISFIT_NOISE * self.noise).max(MISFIT_SHARE * mode.amplitude_deg(seen_s));
+        let allowed = (MISFIT_NOISE * self.noise).max(MISFIT_SHARE * motion.amplitude_deg(seen_s));
         if near && (jumps || off(turning) <= allowed) {
             turning
         } else {
@@ -240,6 +243,7 @@ impl Search<'_> {
                 && (i - before..*i).all(|j| amplitude(j) >= now)
                 && (amplitude(i - before) / now).powi(2) < then / now
                 && !rises_by_itself(*i)
+                && self.points[i - after..*i].iter().filter(|p| p.swings()).count() > after / 2
         };
         let first = (run.first + SWUNG * POINTS_PER_CYCLE..run.last).find(is_before_push)?;
         (first..run.last).take_while(is_before_push).last()
@@ -265,7 +269,7 @@ impl Search<'_> {
             return natural;
         };
         let core = self.means.between(core_to - 2.0 * self.period, core_to);
-        let Some(mode) = self.mode_of(&core) else { return natural };
+        let Some(mode) = self.mode_of(&core).map(FreeMotion::one) else { return natural };
         let after = self.means.between(core_to, natural_s);
         let Some(k) = self.misfits(&after, &mode).next() else { return natural };
         let smooth_to_s = after.time_s[k.saturating_sub(1)] - self.means.step_s;

@@ -1,8 +1,10 @@
 //! Amplitude of the oscillation as it goes, before any model of its decay.
 
 use super::samples::{Samples, Stretch};
+use super::FEWEST_CYCLES;
 use crate::solver::linear_fit;
 use crate::spectrum::Periodogram;
+use crate::statistics::median;
 use std::f64::consts::TAU;
 
 /// Highest frequency looked for, as a share of the sampling rate.
@@ -26,10 +28,43 @@ pub(crate) const POINTS_PER_CYCLE: usize = 8;
 
 /// Frequency of the strongest oscillation in the record, rad/s, to a few percent; `None` for a constant.
 ///
-/// The step from the hold to the swing fills the low frequencies, vibration and noise the high ones. So the
-/// peaks of the spectra of angle, rate, and between them, as far as they stand out of the noise, are held
-/// against each other by their energy where they are clear of all else.
+/// The step from the hold to the swing fills the low frequencies, vibration and noise the high ones, a knock
+/// all of them. So the peaks of the record's spectra, and of those after its largest excursion, are held
+/// against each other by what lasts: the amplitude over all the time in which it is clear of all else, of
+/// those that are so for three cycles. What rings for a moment after a knock may be larger.
 pub(crate) fn strongest_frequency_rad_s(samples: &Samples<'_>) -> Option<f64> {
+    let mut peaks = peaks_rad_s(samples)?;
+    let after = after_largest(samples);
+    let fewest_rad_s = FEWEST_CYCLES * TAU / after.all().duration_s();
+    if after.all().len() > ENVELOPE_SAMPLES {
+        let later = peaks_rad_s(&after).unwrap_or_default();
+        peaks.extend(later.into_iter().filter(|p| *p > fewest_rad_s));
+    }
+    let first = peaks[0];
+    if peaks.iter().all(|p| (p / first - 1.0).abs() < SAME_PEAK) {
+        return Some(first);
+    }
+    let lasts = |frequency: f64| {
+        let block = block_of(samples, frequency);
+        let means = samples.all().block_means(block);
+        let none = vec![false; means.len()];
+        let points = envelope(&means.stretch(&none), frequency);
+        let clear = points.iter().filter(|p| p.swings());
+        let clear: Vec<f64> = clear.map(|p| p.amplitude_deg).collect();
+        let cycles = (clear.len() as f64 - 1.0) / POINTS_PER_CYCLE as f64 + 1.0;
+        (cycles >= FEWEST_CYCLES, clear.iter().sum::<f64>() / frequency)
+    };
+    peaks.sort_by(f64::total_cmp);
+    peaks.dedup_by(|a, b| (*a / *b - 1.0).abs() < SAME_PEAK);
+    let longest = peaks
+        .iter()
+        .map(|p| (lasts(*p), *p))
+        .max_by(|((a, x), _), ((b, y), _)| a.cmp(b).then(x.total_cmp(y)));
+    longest.map(|(_, frequency)| frequency)
+}
+
+/// Of the spectra of angle, rate, and between them, rad/s: the largest that stands out of the noise.
+fn peaks_rad_s(samples: &Samples<'_>) -> Option<Vec<f64>> {
     // Where most of the time nothing was sampled, no finer than there are samples.
     let duration_s = samples.all().duration_s();
     let finest_s = duration_s / (MOST_INTERPOLATED * samples.all().len() as f64);
@@ -40,30 +75,21 @@ pub(crate) fn strongest_frequency_rad_s(samples: &Samples<'_>) -> Option<f64> {
     let periodogram = Periodogram::of(&even, step_s, 2 * even.len());
     let range = 2.0 / duration_s..=HIGHEST_SHARE / step_s;
     let floor = periodogram.noise(&range) * (PEAK_STANDS_OUT + (even.len() as f64).ln());
-    let mut peaks: Vec<f64> = Vec::new();
-    for power in 0..3 {
+    let of = |power: i32| {
         let weight = |hz: f64, of_bin: f64| if of_bin > floor { hz.powi(power) } else { 0.0 };
         let peak = periodogram.strongest_bin(&range, weight);
         let peak = peak.or_else(|| periodogram.strongest_bin(&range, |hz, _| hz.powi(power)));
-        peaks.push(periodogram.interpolated_hz(peak?) * TAU);
-    }
-    let energy = |frequency: f64| {
-        let block = block_of(samples, frequency);
-        let means = samples.all().block_means(block);
-        let none = vec![false; means.len()];
-        let points = envelope(&means.stretch(&none), frequency);
-        let clear = points.iter().filter(|p| p.amplitude_deg > CLEAR * p.scatter_deg);
-        // Each stands for a share of a period: times the frequency that is the same for all.
-        clear.map(|p| p.amplitude_deg.powi(2)).sum::<f64>()
+        Some(periodogram.interpolated_hz(peak?) * TAU)
     };
-    let first = peaks[0];
-    if peaks.iter().all(|p| (p / first - 1.0).abs() < SAME_PEAK) {
-        return Some(first);
-    }
-    peaks.sort_by(f64::total_cmp);
-    peaks.dedup_by(|a, b| (*a / *b - 1.0).abs() < SAME_PEAK);
-    let energies = peaks.iter().map(|p| (energy(*p), *p));
-    energies.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, frequency)| frequency)
+    (0..3).map(of).collect()
+}
+
+/// What follows the sample that is farthest from the middle.
+fn after_largest<'a>(samples: &Samples<'a>) -> Samples<'a> {
+    let all = samples.all();
+    let middle = median(&mut all.yaw_deg.to_vec());
+    let kept = all.kept().max_by(|a, b| (a.1 - middle).abs().total_cmp(&(b.1 - middle).abs()));
+    samples.after(kept.map_or(all.start_s(), |(time_s, _)| time_s))
 }
 
 /// Samples in a block mean where the oscillation has this frequency.
@@ -94,6 +120,13 @@ pub(crate) struct Point {
     pub(crate) amplitude_deg: f64,
     /// Standard deviation of what the sinusoid leaves.
     pub(crate) scatter_deg: f64,
+}
+
+impl Point {
+    /// Whether it is of an oscillation, and not of a ramp or a step.
+    pub(crate) fn swings(&self) -> bool {
+        self.amplitude_deg > CLEAR * self.scatter_deg
+    }
 }
 
 /// Envelope of `means` at `frequency_rad_s`: a sinusoid and a constant fitted to each cycle, eight a cycle.

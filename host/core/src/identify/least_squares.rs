@@ -103,7 +103,7 @@ fn near(frequency: f64, guess: f64) -> bool {
 /// Starts for a stretch of a few cycles: the matrix pencil's poles and the spectrum's frequency at three
 /// dampings.
 fn starts(stretch: &Stretch<'_>, frequency_rad_s: f64) -> Vec<Mode> {
-    let by_pencil = pencil::poles(stretch.yaw_deg, stretch.step_s)
+    let by_pencil = pencil::poles(stretch.yaw_deg, stretch.step_s, 1)
         .into_iter()
         .filter(|p| near(p.frequency_rad_s, frequency_rad_s))
         .map(|p| (p.decay_rate_1_s, p.frequency_rad_s));

@@ -13,14 +13,14 @@ pub(crate) struct Pole {
     pub(crate) frequency_rad_s: f64,
 }
 
-/// Oscillating poles of a constant plus one damped sinusoid in `values`, sampled every `step_s`.
+/// Oscillating poles of a constant plus so many damped sinusoids in `values`, sampled every `step_s`.
 /// Empty where the stretch is too short or holds no oscillation.
-pub(crate) fn poles(values: &[f64], step_s: f64) -> Vec<Pole> {
-    // A pair of poles for the mode and a real one for the offset.
-    const POLES: usize = 3;
+pub(crate) fn poles(values: &[f64], step_s: f64, modes: usize) -> Vec<Pole> {
+    // A pair of poles for each mode and a real one for the offset.
+    let most = 2 * modes + 1;
     let n = values.len();
     let pencil = n / 2;
-    if pencil < POLES || n - pencil < POLES {
+    if pencil < most || n - pencil < most {
         return Vec::new();
     }
     let hankel = DMatrix::from_fn(n - pencil, pencil + 1, |i, j| values[i + j]);
@@ -28,7 +28,7 @@ pub(crate) fn poles(values: &[f64], step_s: f64) -> Vec<Pole> {
     let eigen = (hankel.transpose() * &hankel).symmetric_eigen();
     let mut order: Vec<usize> = (0..=pencil).collect();
     order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
-    let signal = eigen.eigenvectors.select_columns(&order[..POLES]);
+    let signal = eigen.eigenvectors.select_columns(&order[..most]);
     let (upper, lower) = (signal.rows(0, pencil), signal.rows(1, pencil));
     let Some(inverse) = (upper.transpose() * upper).try_inverse() else { return Vec::new() };
     let shift = inverse * upper.transpose() * lower;
@@ -56,7 +56,7 @@ mod tests {
                     (-decay * t).exp() * (9.0 * t + 0.3).cos() * 5.0 + 1.5
                 })
                 .collect();
-            let poles = poles(&y, 0.04);
+            let poles = poles(&y, 0.04, 1);
             assert_eq!(poles.len(), 1);
             assert!((poles[0].decay_rate_1_s - decay).abs() < 1e-5, "{poles:?}");
             assert!((poles[0].frequency_rad_s - 9.0).abs() < 1e-5, "{poles:?}");
@@ -65,6 +65,6 @@ mod tests {
 
     #[test]
     fn too_short_a_stretch_has_no_poles() {
-        assert!(poles(&[1.0, 2.0, 1.0, 2.0], 0.1).is_empty());
+        assert!(poles(&[1.0, 2.0, 1.0, 2.0], 0.1, 1).is_empty());
     }
 }

@@ -7,6 +7,7 @@ use super::envelope::ENVELOPE_SAMPLES;
 use super::flag::Flag;
 use super::gaps::{self, Filled, Gap};
 use super::least_squares::{self, ModeFit};
+use super::oscillation;
 use super::outliers;
 use super::over_window::{self, OverWindow, Ranges};
 use super::release::{self, Amplitudes, FreeSpan};
@@ -25,12 +26,6 @@ use std::sync::OnceLock;
 
 /// Below this many cycles a flag says so.
 const FEW_CYCLES: f64 = 6.0;
-/// Share of a three-cycle window's motion, white noise not counted, that one mode explains where there is an
-/// oscillation.
-const LEAST_EXPLAINED: f64 = 0.8;
-/// Largest middle deviation of the windows' frequencies from their median, as a share of it: what wanders has
-/// no frequency of its own.
-const LARGEST_WANDER: f64 = 0.1;
 /// Rms of the residual about the oscillation's frequency, in what three-cycle fits leave there, above which a
 /// flag is set. Few bins are behind either: by chance 1 % of records of four cycles come here, of longer ones
 /// hardly any.
@@ -124,22 +119,10 @@ fn seen_with<'a>(
     let span = release::find(&samples, amplitudes)?;
     let (from_s, to_s, frequency) = (span.from_s, span.to_s, span.frequency_rad_s);
     let (windows, density) = windows::windows(&mut samples, from_s, to_s, frequency);
-    match oscillates(&windows, sample_noise(&record.yaw_deg)) {
+    match oscillation::is_one(&windows, &samples, &span, sample_noise(&record.yaw_deg)) {
         true => Ok((samples, span, windows, density)),
         false => Err(Refusal::NoOscillation),
     }
-}
-
-/// Whether the windows hold one and the same oscillation rather than whatever fits noise best.
-fn oscillates(windows: &[Window], white_noise_deg: f64) -> bool {
-    if windows.is_empty() {
-        return false;
-    }
-    let mut explained: Vec<f64> = windows.iter().map(|w| w.explained(white_noise_deg)).collect();
-    let mut frequencies: Vec<f64> = windows.iter().map(|w| w.natural_frequency_rad_s).collect();
-    let middle = median(&mut frequencies);
-    let mut off: Vec<f64> = frequencies.iter().map(|f| (f - middle).abs()).collect();
-    median(&mut explained) >= LEAST_EXPLAINED && median(&mut off) <= LARGEST_WANDER * middle
 }
 
 impl Prepared<'_> {

@@ -228,13 +228,6 @@ impl Search<'_> {
         })
     }
 
-    /// The time from which it is left alone, and what it was before; none where the search finds that by
-    /// itself.
-    fn left_alone(&self) -> Option<(f64, Begin)> {
-        let driven = self.driven_until().map(|until_s| (until_s, Begin::Driven));
-        driven.or_else(|| Some((self.pushed_until()?, Begin::Pushed)))
-    }
-
     /// The least amplitude of an oscillation.
     pub(super) fn least(&self) -> f64 {
         let largest = self.points.iter().map(|p| p.amplitude_deg).fold(0.0, f64::max);
