@@ -7,7 +7,8 @@ use yawrig_core::motion::simulate::Motion;
 use yawrig_core::record::Measurand;
 
 /// The equation of a model with its numbers, and where it begins. A state is angle, rate, and of each effect
-/// that remembers what it remembers: of an angle deg, deg/s and deg.
+/// that remembers what it remembers: of an angle deg, deg/s and deg; then the states of own effects, in the
+/// units of their files.
 #[derive(Clone, Debug)]
 pub struct Course {
     motion: Motion,
@@ -15,18 +16,28 @@ pub struct Course {
     measurand: Measurand,
     release_time_s: f64,
     first_s: f64,
+    /// Where it begins.
+    state: Vec<f64>,
+    /// Of the states of own effects.
+    own_units: Vec<String>,
 }
 
 impl Course {
     /// Of `model`, fitted to `decay`.
     pub fn of(decay: &FreeDecay, model: &Fitted) -> Self {
-        Self {
-            motion: model.motion(),
+        let motion = model.motion();
+        let mut course = Self {
+            state: motion.state(decay.grid.start_s),
+            own_units: model.structure.own_state_units(),
+            motion,
             zero_rad: model.sensor_zero_rad().map_or(0.0, |zero| zero.value),
             measurand: decay.measurand.clone(),
             release_time_s: decay.release_time_s,
             first_s: decay.grid.start_s,
-        }
+        };
+        let state = std::mem::take(&mut course.state);
+        course.state = course.shown(state);
+        course
     }
 
     /// What the model reads at these instants, in order; NaN before [`Self::start_s`].
@@ -43,14 +54,15 @@ impl Course {
 
     /// The state there.
     pub fn state(&self) -> Vec<f64> {
-        self.shown(self.motion.state(self.first_s))
+        self.state.clone()
     }
 
     /// The unit of each number of a state.
     pub fn units(&self) -> Vec<String> {
         let of = self.measurand.coordinate_unit().to_owned();
-        let mut units = vec![of; self.state().len()];
+        let mut units = vec![of; self.state.len() - self.own_units.len()];
         units[1] = self.measurand.rate_unit();
+        units.extend(self.own_units.iter().cloned());
         units
     }
 
@@ -67,10 +79,17 @@ impl Course {
     }
 
     fn shown(&self, state: Vec<f64>) -> Vec<f64> {
-        state.into_iter().map(|x| self.measurand.shown(x)).collect()
+        self.changed(state, |x| self.measurand.shown(x))
     }
 
     fn of_model(&self, state: &[f64]) -> Vec<f64> {
-        state.iter().map(|x| self.measurand.of_model(*x)).collect()
+        self.changed(state.to_vec(), |x| self.measurand.of_model(x))
+    }
+
+    /// The states of own effects stay in their units.
+    fn changed(&self, mut state: Vec<f64>, by: impl Fn(f64) -> f64) -> Vec<f64> {
+        let of_motion = state.len() - self.own_units.len();
+        state[..of_motion].iter_mut().for_each(|x| *x = by(*x));
+        state
     }
 }

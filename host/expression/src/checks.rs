@@ -2,19 +2,10 @@
 //! fit can tell apart, and whether it takes energy out.
 
 use super::expression::{Flaw, Kind, Node, Span};
-use super::number::Dual;
 use super::program::{Program, State};
+use super::samples::{derivative, described, By, Sample, Subject, WIND_M_S};
 use nalgebra::DMatrix;
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use std::f64::consts::TAU;
 
-/// States asked, at random but the same every time.
-const STATES: usize = 200;
-/// Largest yaw angle, rad, yaw rate, rad/s, and time, s, asked.
-const LARGEST: (f64, f64, f64) = (0.4, 10.0, 60.0);
-/// Wind-on speed asked, m/s.
-const WIND_M_S: f64 = 10.0;
 /// Steepness by the rate, 1/s, beyond which following the moment takes very small steps.
 const STEEP_PER_S: f64 = 1e5;
 /// Two columns are one if what is left of the second is less than this share.
@@ -22,96 +13,41 @@ const SAME: f64 = 1e-8;
 /// Share of the exchanged energy that a conservative moment may seem to gain over a cycle.
 const ENERGY: f64 = 1e-3;
 
-/// A compiled moment and where its parameters start.
-pub struct Subject<'a> {
-    pub node: &'a Node,
-    pub program: &'a Program,
-    pub names: &'a [String],
-    pub starts: &'a [f64],
-    pub bounds: Vec<(f64, f64)>,
-}
-
-impl Subject<'_> {
-    fn uses(&self, name: &str) -> bool {
-        let mut used = Vec::new();
-        self.node.names(&mut used);
-        used.iter().any(|u| u.0 == name)
-    }
-}
-
-/// Numbers of a state by which a derivative is taken.
-#[derive(Clone, Copy, PartialEq)]
-enum By {
-    Yaw,
-    Rate,
-    Parameter(usize),
-}
-
 /// # Errors
 /// A moment that is not finite, or parameters that no fit can tell apart. Warnings are returned.
 pub fn check(
     subject: &Subject,
     first_use: &dyn Fn(&str) -> Option<Span>,
 ) -> Result<Vec<Flaw>, Flaw> {
-    let states = states();
-    finite(subject, &states)?;
+    let samples = subject.samples(subject.starts);
+    finite(subject, &samples)?;
     let mut warnings = Vec::new();
-    warnings.extend(differentiable(subject, &states));
-    warnings.extend(told_apart(subject, &states, first_use)?);
+    warnings.extend(differentiable(subject, &samples));
+    warnings.extend(told_apart(subject, first_use)?);
     warnings.extend(energy(subject));
     Ok(warnings)
 }
 
-fn at(b: f64, r: f64, t: f64, wn: f64, wind: f64) -> State<f64> {
-    State {
-        yaw_rad: b,
-        rate_rad_s: r,
-        time_s: t,
-        natural_frequency_rad_s: wn,
-        wind_speed_m_s: wind,
-        rate_sign: if r < 0.0 { -1.0 } else { 1.0 },
-        yaw_sign: if b < 0.0 { -1.0 } else { 1.0 },
-    }
-}
-
-/// Rest with either sign of the rate and wind off, then states of every size a swing goes through.
-fn states() -> Vec<State<f64>> {
-    let mut random = ChaCha8Rng::seed_from_u64(1);
-    let rest = at(0.0, 0.0, 0.0, 10.0, 0.0);
-    let mut out = vec![rest, State { rate_sign: -1.0, yaw_sign: -1.0, ..rest }];
-    let mut size = |most: f64| {
-        let size = most * 10f64.powf(random.random_range(-4.0..0.0));
-        if random.random_bool(0.5) {
-            size
-        } else {
-            -size
-        }
+fn finite(subject: &Subject, samples: &[Sample]) -> Result<(), Flaw> {
+    let lost = |(state, z): &Sample| {
+        let k = (0..subject.states.len()).find(|k| !z[*k].is_finite())?;
+        Some((subject.states[k].name.as_str(), *state))
     };
-    for k in 0..STATES {
-        let (b, r, t) = (size(LARGEST.0), size(LARGEST.1), size(LARGEST.2).abs());
-        let wn = 2.5 * 10f64.powf((k % 11) as f64 / 10.0);
-        out.push(at(b, r, t, wn, [0.0, WIND_M_S, 2.0 * WIND_M_S][k % 3]));
+    if let Some((name, state)) = samples.iter().find_map(lost) {
+        let message = format!(
+            "{name} cannot be followed along a swing of {:.1} deg at {:.0} rad/s",
+            state.yaw_rad.hypot(state.rate_rad_s / state.natural_frequency_rad_s).to_degrees(),
+            state.natural_frequency_rad_s
+        );
+        let help =
+            "its rate is to bring it back, in a thousandth of a cycle or more, and be finite";
+        return Err(Flaw::new(subject.node.span.clone(), message, help));
     }
-    out
-}
-
-fn described(state: &State<f64>) -> String {
-    format!(
-        "b = {:.4} rad, r = {:.4} rad/s, t = {:.3} s, wn = {:.2} rad/s, wind = {} m/s",
-        state.yaw_rad,
-        state.rate_rad_s,
-        state.time_s,
-        state.natural_frequency_rad_s,
-        state.wind_speed_m_s
-    )
-}
-
-fn finite(subject: &Subject, states: &[State<f64>]) -> Result<(), Flaw> {
-    let wrong = |program: &Program, state: &State<f64>| {
-        let value = program.evaluate(state, subject.starts);
+    let wrong = |program: &Program, sample: &Sample| {
+        let value = subject.evaluate(program, sample, subject.starts);
         (!value.is_finite()).then_some(value)
     };
-    let Some(state) = states.iter().find(|s| wrong(subject.program, s).is_some()) else {
+    let Some(sample) = samples.iter().find(|s| wrong(subject.program, s).is_some()) else {
         return Ok(());
     };
     // The innermost piece that is not finite there.
@@ -119,7 +55,7 @@ fn finite(subject: &Subject, states: &[State<f64>]) -> Result<(), Flaw> {
     loop {
         let bad = |n: &Node| {
             let program = Program::new(n, subject.names).ok()?;
-            wrong(&program, state)
+            wrong(&program, sample)
         };
         value = bad(node).unwrap_or(value);
         match parts(node).into_iter().find(|n| bad(n).is_some()) {
@@ -129,7 +65,7 @@ fn finite(subject: &Subject, states: &[State<f64>]) -> Result<(), Flaw> {
     }
     Err(Flaw::new(
         node.span.clone(),
-        format!("this is {value} at {}", described(state)),
+        format!("this is {value} at {}", described(&sample.0)),
         "a moment is finite at rest, with the wind off (or not known: wind is then 0) and over the swing",
     ))
 }
@@ -143,33 +79,17 @@ fn parts(node: &Node) -> Vec<&Node> {
     }
 }
 
-/// Value and derivative by one number, by forward differentiation.
-fn derivative(program: &Program, state: &State<f64>, parameters: &[f64], by: By) -> Dual {
-    let dual = |value: f64, here: bool| Dual { value, slope: f64::from(u8::from(here)) };
-    let state = State {
-        yaw_rad: dual(state.yaw_rad, by == By::Yaw),
-        rate_rad_s: dual(state.rate_rad_s, by == By::Rate),
-        time_s: dual(state.time_s, false),
-        natural_frequency_rad_s: dual(state.natural_frequency_rad_s, false),
-        wind_speed_m_s: dual(state.wind_speed_m_s, false),
-        rate_sign: state.rate_sign,
-        yaw_sign: state.yaw_sign,
-    };
-    let parameters: Vec<Dual> =
-        parameters.iter().enumerate().map(|(k, p)| dual(*p, by == By::Parameter(k))).collect();
-    program.evaluate(&state, &parameters)
-}
-
 /// The derivatives against central differences: where they differ, the moment jumps or is steeper than it can
 /// be followed.
-fn differentiable(subject: &Subject, states: &[State<f64>]) -> Option<Flaw> {
-    let mut steepest: (f64, State<f64>) = (0.0, states[0]);
+fn differentiable(subject: &Subject, samples: &[Sample]) -> Option<Flaw> {
+    let mut steepest: (f64, State<f64>) = (0.0, samples[0].0);
     let (mut asked, mut off) = (0, 0);
-    let mut where_off = states[0];
-    for state in states {
+    let mut where_off = samples[0].0;
+    for sample in samples {
+        let state = &sample.0;
         let moving = state.yaw_rad != 0.0;
         for by in [By::Yaw, By::Rate] {
-            let exact = derivative(subject.program, state, subject.starts, by).slope;
+            let exact = derivative(subject, sample, subject.starts, by).slope;
             if by == By::Rate && (exact.is_nan() || exact.abs() > steepest.0) {
                 steepest = (if exact.is_nan() { f64::INFINITY } else { exact.abs() }, *state);
             }
@@ -182,7 +102,7 @@ fn differentiable(subject: &Subject, states: &[State<f64>]) -> Option<Flaw> {
                     By::Yaw => state.yaw_rad += by_how_much,
                     _ => state.rate_rad_s += by_how_much,
                 }
-                subject.program.evaluate(&state, subject.starts)
+                subject.evaluate(subject.program, &(state, sample.1), subject.starts)
             };
             let size = if by == By::Yaw { state.yaw_rad } else { state.rate_rad_s };
             let h = 1e-5 * size.abs();
@@ -222,7 +142,6 @@ fn differentiable(subject: &Subject, states: &[State<f64>]) -> Option<Flaw> {
 /// zeta.
 fn told_apart(
     subject: &Subject,
-    states: &[State<f64>],
     first_use: &dyn Fn(&str) -> Option<Span>,
 ) -> Result<Option<Flaw>, Flaw> {
     // Off the starts, which may be special; within the bounds.
@@ -240,10 +159,8 @@ fn told_apart(
             }
         })
         .collect();
-    let column = |k: usize| -> Vec<f64> {
-        let by = By::Parameter(k);
-        states.iter().map(|s| derivative(subject.program, s, &values, by).slope).collect()
-    };
+    let samples = subject.samples(&values);
+    let column = |k: usize| subject.column(k, &values, &samples);
     let columns: Vec<Vec<f64>> = (0..values.len()).map(column).collect();
     let span = |k: usize| first_use(&subject.names[k]).unwrap_or(subject.node.span.clone());
     for (k, column) in columns.iter().enumerate() {
@@ -265,19 +182,16 @@ fn told_apart(
         }
     }
     // wn^2 b and 2 zeta wn r are in the model already; with the wind the same, so is anything in proportion.
-    let calm: Vec<&State<f64>> = states.iter().collect();
     let plain = vec![
-        calm.iter().map(|s| s.yaw_rad).collect::<Vec<f64>>(),
-        calm.iter().map(|s| s.rate_rad_s).collect(),
+        samples.iter().map(|(s, _)| s.yaw_rad).collect::<Vec<f64>>(),
+        samples.iter().map(|(s, _)| s.rate_rad_s).collect(),
     ];
-    let alike = (0..columns.len()).find(|k| {
-        let held =
-            |s: &State<f64>| State { natural_frequency_rad_s: 7.0, wind_speed_m_s: WIND_M_S, ..*s };
-        let by = By::Parameter(*k);
-        let column: Vec<f64> =
-            calm.iter().map(|s| derivative(subject.program, &held(s), &values, by).slope).collect();
-        left_over(&plain, &[0, 1], &column) < SAME
-    });
+    let one_release: Vec<Sample> = samples
+        .iter()
+        .map(|(s, z)| (State { natural_frequency_rad_s: 7.0, wind_speed_m_s: WIND_M_S, ..*s }, *z))
+        .collect();
+    let alike = (0..columns.len())
+        .find(|k| left_over(&plain, &[0, 1], &subject.column(*k, &values, &one_release)) < SAME);
     Ok(alike.map(|k| {
         let name = &subject.names[k];
         Flaw::new(
@@ -315,14 +229,16 @@ fn left_over(columns: &[Vec<f64>], others: &[usize], column: &[f64]) -> f64 {
 
 /// The first parameter to which the moment is in proportion at every state.
 pub fn size_parameter(subject: &Subject) -> Option<usize> {
-    let states = states();
+    let moments = |parameters: &[f64]| -> Vec<f64> {
+        let samples = subject.samples(parameters);
+        samples.iter().map(|s| subject.evaluate(subject.program, s, parameters)).collect()
+    };
+    let once = moments(subject.starts);
     let proportional = |k: usize| {
         let mut doubled = subject.starts.to_vec();
         doubled[k] *= 2.0;
-        states.iter().all(|s| {
-            let once = subject.program.evaluate(s, subject.starts);
-            (subject.program.evaluate(s, &doubled) - 2.0 * once).abs() <= 1e-12 * once.abs()
-        })
+        let twice = moments(&doubled);
+        once.iter().zip(twice).all(|(once, twice)| (twice - 2.0 * once).abs() <= 1e-12 * once.abs())
     };
     (0..subject.starts.len())
         .find(|k| proportional(*k) && subject.bounds[*k].0 <= 0.0 && subject.bounds[*k].1 >= 0.0)
@@ -330,21 +246,20 @@ pub fn size_parameter(subject: &Subject) -> Option<usize> {
 
 /// Whether it depends on time, or puts energy in.
 pub fn keeps_moving(subject: &Subject) -> bool {
-    subject.uses("t") || energy(subject).is_some()
+    subject.uses_time() || energy(subject).is_some()
 }
 
 /// Whether the moment puts energy in over a cycle. One that depends on time may do either, and is not asked.
 fn energy(subject: &Subject) -> Option<Flaw> {
-    if subject.uses("t") {
+    if subject.uses_time() {
         return None;
     }
     for wind in [0.0, WIND_M_S] {
         for (amplitude, wn) in [(0.25, 10.0), (0.1, 3.0), (0.1, 25.0), (0.02, 10.0)] {
             let (mut gained, mut exchanged) = (0.0, 0.0);
-            for k in 0..2000 {
-                let (s, c) = (TAU * (f64::from(k) + 0.5) / 2000.0).sin_cos();
-                let state = at(amplitude * c, -amplitude * wn * s, 0.0, wn, wind);
-                let power = subject.program.evaluate(&state, subject.starts) * state.rate_rad_s;
+            for sample in subject.cycle(amplitude, wn, wind) {
+                let moment = subject.evaluate(subject.program, &sample, subject.starts);
+                let power = moment * sample.0.rate_rad_s;
                 gained += power;
                 exchanged += power.abs();
             }

@@ -8,7 +8,8 @@ use toml::de::{DeTable, DeValue};
 use toml::Spanned;
 use yawrig_text::nearest;
 
-const ENTRIES: [&str; 4] = ["id", "title", "moment", "parameters"];
+const ENTRIES: [&str; 5] = ["id", "title", "moment", "parameters", "state"];
+const OF_STATE: [&str; 4] = ["name", "unit", "rate", "start"];
 const OF_PARAMETER: [&str; 4] = ["unit", "start", "min", "max"];
 const EXAMPLE: &str = "c = { unit = \"rad/s2\", start = 0.05, min = 0.0 }";
 const ENTRY: &str =
@@ -21,6 +22,15 @@ pub struct Document {
     pub moment: Spanned<String>,
     /// In the order of the file.
     pub parameters: Vec<(Spanned<String>, Declared)>,
+    /// In the order of the file.
+    pub states: Vec<DeclaredState>,
+}
+
+pub struct DeclaredState {
+    pub name: Spanned<String>,
+    pub unit: Spanned<String>,
+    pub rate: Spanned<String>,
+    pub start: Option<Spanned<String>>,
 }
 
 pub struct Declared {
@@ -70,7 +80,7 @@ impl Document {
             place.error_at(at, &message, &help)
         })?;
         let top = Entries { place, table: parsed.get_ref(), of: String::new(), span: 0..0 };
-        top.check_names(&ENTRIES, "an effect has id, title, moment and [parameters]")?;
+        top.check_names(&ENTRIES, "an effect has id, title, moment, [parameters] and [[state]]")?;
         let parameters = top.get("parameters").map_or(Ok(Vec::new()), |found| {
             let table = found.get_ref().as_table().ok_or_else(|| {
                 let help = match found.get_ref() {
@@ -88,10 +98,36 @@ impl Document {
             title: top.text("title", "title = \"My effect\"")?,
             moment: top.text("moment", "moment = \"-c * sign(r)\"")?,
             parameters: parameters?,
+            states: top.get("state").map_or(Ok(Vec::new()), |found| states(place, found))?,
         };
         document.parameters.sort_by_key(|(name, _)| name.span().start);
         Ok(document)
     }
+}
+
+fn states(place: &Text, found: &Value) -> Result<Vec<DeclaredState>> {
+    const EXAMPLE: &str = "name = \"z\", unit = \"rad\" and rate = \"(b - z) / T\"";
+    let help = format!("write [[state]] on a line of its own, and below it {EXAMPLE}");
+    let wrong = |found: &Value| {
+        let what = format!("state is to be a table in double brackets, and not {}", kind(found));
+        place.error(found, &what, &help)
+    };
+    let list = found.get_ref().as_array().ok_or_else(|| wrong(found))?;
+    let one = |value: &Value| {
+        let table = value.get_ref().as_table().ok_or_else(|| wrong(value))?;
+        let entries = Entries { place, table, of: " of a state".to_owned(), span: value.span() };
+        entries.check_names(&OF_STATE, "a state has name, unit, rate and start")?;
+        Ok(DeclaredState {
+            name: entries.text("name", "name = \"z\"")?,
+            unit: entries.text("unit", "unit = \"rad\", or \"1\" for a pure number")?,
+            rate: entries.text("rate", "rate = \"(b - z) / T\", how fast it changes")?,
+            start: match entries.get("start") {
+                Some(_) => Some(entries.text("start", "start = \"b\", an expression in quotes")?),
+                None => None,
+            },
+        })
+    };
+    list.iter().map(one).collect()
 }
 
 fn declared(

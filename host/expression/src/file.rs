@@ -3,8 +3,10 @@
 use super::document::{Declared, Document, Text};
 use super::expression::{self, Flaw, Node};
 use super::program::{function, Program, FUNCTIONS, INPUTS, MOST_PARAMETERS};
+use super::samples::Subject;
 use super::source::Place;
-use super::units::{self, Unit};
+use super::state_file::{self, Numbers};
+use super::units::{self, Unit, Wanted};
 use super::{checks, OwnEffect, Parameter};
 use crate::error::{Error, Result};
 use std::borrow::Cow;
@@ -54,6 +56,10 @@ pub fn from_text(file: &Path, text: &str, taken: &[&str]) -> Result<OwnEffect> {
         parameters.push(parameter);
         starts.push(*d.start.get_ref());
     }
+    for state in &document.states {
+        units.push(state_file::named(&place, state, &units)?);
+    }
+    state_file::check_count(&place, &document.states)?;
     let mut names: Vec<String> = units.iter().map(|u| u.0.clone()).collect();
 
     let written = document.moment.get_ref();
@@ -63,7 +69,7 @@ pub fn from_text(file: &Path, text: &str, taken: &[&str]) -> Result<OwnEffect> {
     // A moment without parameters is fitted by a factor, which is 1 where it is right as it stands.
     let with_factor = format!("{FACTOR} * ({written})");
     let (moment, shift, node, program) = if declared.is_empty() {
-        names.push(FACTOR.to_owned());
+        names.insert(0, FACTOR.to_owned());
         parameters.push(Parameter {
             name: FACTOR.into(),
             unit: "1".into(),
@@ -84,23 +90,29 @@ pub fn from_text(file: &Path, text: &str, taken: &[&str]) -> Result<OwnEffect> {
     };
     let pointed =
         |flaw: Flaw| quoted.error(file, text, &Flaw { span: in_written(&flaw.span), ..flaw });
+    let numbers = Numbers { names: &names, units: &units, parameters: parameters.len() };
+    let states = state_file::compiled(&place, &document.states, &numbers, &starts)?;
     let mut used = Vec::new();
     node.names(&mut used);
-    for (name, _) in declared {
-        if !used.iter().any(|u| u.0 == name.get_ref()) {
-            let message = format!("the moment does not use the parameter \"{}\"", name.get_ref());
-            return Err(place.error(name, &message, "use it in the moment or take it away"));
-        }
+    let is_used = |name: &str| {
+        used.iter().any(|u| u.0 == name) || states.iter().any(|s| s.uses.iter().any(|u| u == name))
+    };
+    if let Some((name, _)) = declared.iter().find(|(name, _)| !is_used(name.get_ref())) {
+        let message = format!("the moment does not use the parameter \"{}\"", name.get_ref());
+        return Err(place.error(name, &message, "use it in the moment or take it away"));
     }
+    state_file::check_used(&place, &document.states, &used)?;
+    let states: Vec<_> = states.into_iter().map(|s| s.state).collect();
     // A number without a name has no unit to be checked by.
-    if !declared.is_empty() {
-        units::check(moment, &node, &units).map_err(pointed)?;
+    if !declared.is_empty() || !states.is_empty() {
+        units::check(moment, &node, &units, &Wanted::moment()).map_err(pointed)?;
     }
     let first_use = |name: &str| used.iter().find(|u| u.0 == name).map(|u| u.1.clone());
-    let subject = checks::Subject {
+    let subject = Subject {
         node: &node,
         program: &program,
         names: &names,
+        states: &states,
         starts: &starts,
         bounds: parameters.iter().map(|p| (p.min, p.max)).collect(),
     };
@@ -109,24 +121,28 @@ pub fn from_text(file: &Path, text: &str, taken: &[&str]) -> Result<OwnEffect> {
         let at = quoted.of(&in_written(&flaw.span));
         format!("{}\n  help: {}", yawrig_text::pointed(file, text, at, &flaw.message), flaw.help)
     };
+    let moment = one_line(moment, &node);
+    let rates = states.iter().map(|s| format!(", {}' = {}", s.name, s.rate)).collect::<String>();
     Ok(OwnEffect {
         id: document.id.into_inner(),
         title: document.title.into_inner(),
-        formula: one_line(moment, &node),
+        formula: format!("{moment}{rates}"),
+        moment,
         warnings: warnings.iter().map(warned).collect(),
         size_parameter: checks::size_parameter(&subject),
         keeps_moving: checks::keeps_moving(&subject),
         program,
         parameters,
+        states,
         starts,
         text: text.to_owned(),
     })
 }
 
-/// The formula as cards show it.
-fn one_line(moment: &str, node: &Node) -> String {
-    let start = node.span.start.min(moment.len() - moment.trim_start().len());
-    moment[start..].split_whitespace().collect::<Vec<_>>().join(" ")
+/// An expression as cards show it.
+pub(super) fn one_line(text: &str, node: &Node) -> String {
+    let start = node.span.start.min(text.len() - text.trim_start().len());
+    text[start..].split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// Identifier, title, and how many parameters there are.
@@ -165,7 +181,13 @@ fn is_name(name: &str) -> bool {
         && name.len() <= LONGEST_NAME
 }
 
-fn parameter(place: &Text, name: &Spanned<String>, d: &Declared) -> Result<(Parameter, Unit)> {
+/// The unit of a number called so, `what` it is.
+pub(super) fn named(
+    place: &Text,
+    name: &Spanned<String>,
+    unit: &Spanned<String>,
+    what: &str,
+) -> Result<Unit> {
     let called = name.get_ref();
     let reserved = INPUTS.iter().any(|i| i.0 == called) || called == "pi";
     if reserved || function(called).is_some() {
@@ -179,16 +201,20 @@ fn parameter(place: &Text, name: &Spanned<String>, d: &Declared) -> Result<(Para
         || called.is_empty()
         || called.len() > LONGEST_NAME
     {
-        let message = format!("\"{called}\" is no name of a parameter");
+        let message = format!("\"{called}\" is no name of a {what}");
         return Err(place.error(
             name,
             &message,
             "letters, digits and _, a letter first, at most 40",
         ));
     }
-    let quoted = Place::new(place.text, d.unit.span(), d.unit.get_ref());
-    let unit = Unit::parse(d.unit.get_ref())
-        .map_err(|flaw| quoted.error(place.file, place.text, &flaw))?;
+    let quoted = Place::new(place.text, unit.span(), unit.get_ref());
+    Unit::parse(unit.get_ref()).map_err(|flaw| quoted.error(place.file, place.text, &flaw))
+}
+
+fn parameter(place: &Text, name: &Spanned<String>, d: &Declared) -> Result<(Parameter, Unit)> {
+    let called = name.get_ref();
+    let unit = named(place, name, &d.unit, "parameter")?;
     for (what, value) in
         [("start", Some(&d.start)), ("min", d.min.as_ref()), ("max", d.max.as_ref())]
     {

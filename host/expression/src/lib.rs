@@ -12,8 +12,17 @@
 //!
 //! The moment is divided by Izz and added to b''. It may depend on the yaw angle `b` (rad), the yaw rate `r`
 //! (rad/s), the time from the release `t` (s), the natural frequency `wn` (rad/s), the wind speed `wind`
-//! (m/s, 0 where it is not known) and its parameters. This module is the one home of its formula: fits and
-//! the virtual rig both evaluate the [`Program`] compiled here.
+//! (m/s, 0 where it is not known), its parameters, and states of its own, each with an equation of motion:
+//!
+//! ```toml
+//! moment = "-c * z"
+//! [[state]]
+//! name = "z"
+//! unit = "rad"
+//! rate = "(b - z) / T"
+//! ```
+//!
+//! This module is the one home of its formula: fits and the virtual rig both evaluate what is compiled here.
 
 #![forbid(unsafe_code)]
 
@@ -27,7 +36,10 @@ mod malformed;
 mod number;
 mod prepared;
 mod program;
+mod samples;
 mod source;
+mod state_file;
+mod states;
 mod translate;
 mod units;
 
@@ -36,6 +48,7 @@ pub use error::{Error, Result};
 pub use file::{from_text, read};
 pub use prepared::Prepared;
 pub use program::{Program, State, MOST_PARAMETERS};
+pub use states::{follow, OwnState, MOST_STATES};
 pub use translate::{translate, Language};
 pub use units::Unit;
 
@@ -59,6 +72,8 @@ pub struct OwnEffect {
     pub id: String,
     pub title: String,
     /// The moment as written, in one line.
+    pub moment: String,
+    /// As cards show it: the moment, and how its states change.
     pub formula: String,
     /// In the order of the file.
     pub parameters: Vec<Parameter>,
@@ -66,6 +81,8 @@ pub struct OwnEffect {
     pub starts: Vec<f64>,
     /// It depends on time, or puts energy in: a release may never end by itself.
     pub keeps_moving: bool,
+    /// In the order of the file; what its programs take behind the parameters.
+    pub states: Vec<OwnState>,
     size_parameter: Option<usize>,
     /// What is not wrong but ought to be known.
     pub warnings: Vec<String>,
@@ -80,8 +97,36 @@ impl OwnEffect {
         self.size_parameter
     }
 
+    /// Whether the sign of the yaw rate is in it: something changes where the model turns.
+    pub fn has_rate_corner(&self) -> bool {
+        self.programs().any(|p| p.has_rate_corner)
+    }
+
+    /// Whether the sign of the yaw angle is in it.
+    pub fn has_yaw_corner(&self) -> bool {
+        self.programs().any(|p| p.has_yaw_corner)
+    }
+
+    /// Whether the wind speed is in it.
+    pub fn uses_wind(&self) -> bool {
+        self.programs().any(Program::uses_wind)
+    }
+
+    fn programs(&self) -> impl Iterator<Item = &Program> {
+        std::iter::once(&self.program).chain(self.states.iter().map(|s| &s.rate_program))
+    }
+
     /// Root mean square of the moment over a cycle of `amplitude_rad` at `wn_rad_s`, rad/s2.
     pub fn strength(&self, parameters: &[f64], amplitude_rad: f64, wn_rad_s: f64) -> f64 {
+        if !self.states.is_empty() {
+            let swing = states::swing(&self.states, parameters, amplitude_rad, wn_rad_s, 0.0);
+            let cycle = states::last_cycle(&swing);
+            let square = |(state, z): &(State<f64>, [f64; MOST_STATES])| {
+                let numbers = states::numbers(parameters, &z[..self.states.len()]);
+                self.program.evaluate(state, &numbers).powi(2)
+            };
+            return (cycle.iter().map(square).sum::<f64>() / cycle.len() as f64).sqrt();
+        }
         const POINTS: u32 = 64;
         let square = |k: u32| {
             let (s, c) = (TAU * (f64::from(k) + 0.5) / f64::from(POINTS)).sin_cos();
@@ -118,16 +163,53 @@ impl OwnTerm {
         Self { effect: effect.clone(), values }
     }
 
-    /// For the many evaluations of one simulation.
-    pub fn prepared(&self, natural_frequency_rad_s: f64, wind_speed_m_s: f64) -> Prepared {
-        let program = &self.effect.program;
-        Prepared::new(program, &self.values, natural_frequency_rad_s, wind_speed_m_s)
+    /// Moment and rates of the states for the many evaluations of one simulation.
+    pub fn prepared(
+        &self,
+        natural_frequency_rad_s: f64,
+        wind_speed_m_s: f64,
+    ) -> (Prepared, Vec<Prepared>) {
+        let of = |program: &Program| {
+            Prepared::new(program, self.parameters(), natural_frequency_rad_s, wind_speed_m_s)
+        };
+        let rates = self.effect.states.iter().map(|s| of(&s.rate_program)).collect();
+        (of(&self.effect.program), rates)
     }
 
-    /// The moment over Izz, rad/s2.
+    fn parameters(&self) -> &[f64] {
+        &self.values[..self.effect.parameters.len()]
+    }
+
+    /// The moment over Izz, rad/s2, with the states `z`.
     #[inline]
-    pub fn moment(&self, state: &State<f64>) -> f64 {
-        self.effect.program.evaluate(state, &self.values)
+    pub fn moment(&self, state: &State<f64>, z: &[f64]) -> f64 {
+        self.effect.program.evaluate(state, &states::numbers(self.parameters(), z))
+    }
+
+    /// How fast its states `z` change, per s.
+    #[inline]
+    pub fn rates(&self, state: &State<f64>, z: &[f64]) -> [f64; MOST_STATES] {
+        states::rates(&self.effect.states, self.parameters(), state, z)
+    }
+
+    /// Its states at a release from this angle; not numbers where they have no balance there.
+    pub fn begun(
+        &self,
+        yaw_rad: f64,
+        natural_frequency_rad_s: f64,
+        wind_speed_m_s: f64,
+    ) -> [f64; MOST_STATES] {
+        let held = State {
+            yaw_rad,
+            rate_rad_s: 0.0,
+            time_s: 0.0,
+            natural_frequency_rad_s,
+            wind_speed_m_s,
+            // As it is let go, towards the middle.
+            rate_sign: if yaw_rad > 0.0 { -1.0 } else { 1.0 },
+            yaw_sign: if yaw_rad < 0.0 { -1.0 } else { 1.0 },
+        };
+        states::begun(&self.effect.states, self.parameters(), &held)
     }
 }
 
@@ -138,5 +220,7 @@ pub fn is_file(text: &str) -> bool {
 
 #[cfg(test)]
 mod error_tests;
+#[cfg(test)]
+mod state_tests;
 #[cfg(test)]
 mod tests;

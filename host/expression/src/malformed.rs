@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 const NUMBERS: [&str; 3] = ["start", "min", "max"];
-const TEXTS: [&str; 4] = ["id", "title", "moment", "unit"];
+const TEXTS: [&str; 6] = ["id", "title", "moment", "unit", "name", "rate"];
 
 /// Where the value of the entry before byte `at` of `text` stands, what is wrong with it and what to do; none
 /// where it is of its kind.
@@ -18,7 +18,10 @@ pub fn value(text: &str, at: usize) -> Option<(Range<usize>, String, String)> {
     let value = rest[..end(rest, line[..begin].contains('{'))].trim();
     let from = start + begin + usize::from(rest.starts_with(' '));
     let span = from..from + value.len();
-    let is_number = NUMBERS.contains(&name);
+    // What stands in brackets last: a state begins at an expression.
+    let table = text[..start].lines().rfind(|line| line.trim_start().starts_with('['));
+    let of_state = table.is_some_and(|table| table.trim_start().starts_with("[[state"));
+    let is_number = NUMBERS.contains(&name) && !of_state;
     let (what, help) = match value {
         // A comma is missing.
         _ if value.contains('=') && !value.starts_with('=') => return None,

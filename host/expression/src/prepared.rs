@@ -2,6 +2,7 @@
 
 use super::expression::Operator;
 use super::program::{apply, one, takes_two, two, Function, Input, Instruction, Program};
+use super::states::MOST_STATES;
 
 /// A program with its numbers put in, for the many evaluations of a simulation: what does not change is
 /// computed once, the rest goes from register to register.
@@ -28,10 +29,13 @@ enum Operation {
     Two(Function),
 }
 
-/// Registers of what changes: yaw, rate, time and the two signs.
-const CHANGING: usize = 5;
+/// Registers of yaw, rate, time and the two signs.
+const INPUTS: usize = 5;
+/// Registers of what changes: those, and the states.
+const CHANGING: usize = INPUTS + MOST_STATES;
 
 impl Prepared {
+    /// A program's numbers beyond `parameters` are states.
     pub fn new(
         program: &Program,
         parameters: &[f64],
@@ -46,7 +50,7 @@ impl Prepared {
         for instruction in &program.instructions {
             let number = match *instruction {
                 Instruction::Number(value) => Some(value),
-                Instruction::Parameter(k) => Some(parameters[k as usize]),
+                Instruction::Parameter(k) => parameters.get(k as usize).copied(),
                 Instruction::Input(Input::NaturalFrequency) => Some(natural_frequency_rad_s),
                 Instruction::Input(Input::Wind) => Some(wind_speed_m_s),
                 _ => None,
@@ -59,6 +63,10 @@ impl Prepared {
             }
             let mut pop = || stack.pop().expect("an operand");
             let (operation, a, b) = match *instruction {
+                Instruction::Parameter(k) => {
+                    stack.push(INPUTS + k as usize - parameters.len());
+                    continue;
+                }
                 Instruction::Input(input) => {
                     stack.push(match input {
                         Input::Rate => 1,
@@ -91,7 +99,7 @@ impl Prepared {
                     let a = pop();
                     (Operation::One(f), a, a)
                 }
-                Instruction::Number(_) | Instruction::Parameter(_) => continue,
+                Instruction::Number(_) => continue,
             };
             let out = registers.len();
             let unchanging = fixed[a] && fixed[b];
@@ -105,11 +113,12 @@ impl Prepared {
         Self { steps, registers, result: stack.pop().unwrap_or(0) }
     }
 
-    /// The moment over Izz, rad/s2, at yaw angle b (rad), yaw rate r (rad/s) and t (s), with the signs kept
-    /// by the integrator.
+    /// Its value (of a moment over Izz rad/s2) `at` a yaw angle (rad), yaw rate (rad/s) and time (s), with the
+    /// signs of rate and angle that the integrator keeps, and at the states `z`.
     #[inline]
-    pub fn evaluate(&mut self, b: f64, r: f64, t: f64, rate_sign: f64, yaw_sign: f64) -> f64 {
-        self.registers[..CHANGING].copy_from_slice(&[b, r, t, rate_sign, yaw_sign]);
+    pub fn evaluate(&mut self, at: [f64; INPUTS], z: &[f64]) -> f64 {
+        self.registers[..INPUTS].copy_from_slice(&at);
+        self.registers[INPUTS..INPUTS + z.len()].copy_from_slice(z);
         for step in &self.steps {
             let (a, b) = (self.registers[step.a], self.registers[step.b]);
             self.registers[step.out] = step.operation.of(a, b);

@@ -132,7 +132,16 @@ impl Program {
 
     /// Whether the wind speed is in it.
     pub fn uses_wind(&self) -> bool {
-        self.instructions.iter().any(|i| matches!(i, Instruction::Input(Input::Wind)))
+        self.uses(Input::Wind)
+    }
+
+    /// Whether the time is in it.
+    pub(super) fn uses_time(&self) -> bool {
+        self.uses(Input::Time)
+    }
+
+    fn uses(&self, input: Input) -> bool {
+        self.instructions.contains(&Instruction::Input(input))
     }
 
     fn compile(&mut self, node: &Node, parameters: &[String], used: usize) -> Result<(), Flaw> {

@@ -45,7 +45,7 @@ fn value(moment: &str, b: f64, r: f64, t: f64, [c, s]: [f64; 2]) -> f64 {
     // The same with its numbers put in.
     let mut prepared = Prepared::new(&program, &[c, s], 7.0, 10.0);
     for _ in 0..2 {
-        let again = prepared.evaluate(b, r, t, r.signum(), b.signum());
+        let again = prepared.evaluate([b, r, t, r.signum(), b.signum()], &[]);
         assert!(again == value || again.is_nan() && value.is_nan(), "{moment}: {again} {value}");
     }
     value
@@ -169,7 +169,7 @@ fn an_evaluation_is_timed() {
     let (mut sum, n) = (0.0, 1_000_000);
     let started = std::time::Instant::now();
     for k in 0..n {
-        sum += prepared.evaluate(0.1, 1e-6 * f64::from(k), 1.0, 1.0, 1.0);
+        sum += prepared.evaluate([0.1, 1e-6 * f64::from(k), 1.0, 1.0, 1.0], &[]);
     }
     let each = started.elapsed().as_secs_f64() / f64::from(n) * 1e9;
     println!("{each:.1} ns an evaluation, {sum:.3}");

@@ -29,7 +29,7 @@ const SYMBOLS: [(&str, [f64; 3]); 8] = [
 
 impl Unit {
     const ONE: Self = Self([0.0; 3]);
-    const MOMENT: Self = Self([-2.0, 0.0, 0.0]);
+    pub(super) const MOMENT: Self = Self([-2.0, 0.0, 0.0]);
     const PER_SECOND: Self = Self([-1.0, 0.0, 0.0]);
 
     /// Reads `rad/s2`, `1/(rad2 s)`, `kg m2`, `s^-1`.
@@ -100,6 +100,11 @@ impl Unit {
         self.0[0]
     }
 
+    /// Of a rate of change.
+    pub(super) fn per_second(self) -> Self {
+        self.combined(Self::PER_SECOND, 1.0)
+    }
+
     fn combined(self, other: Self, sign: f64) -> Self {
         Self(std::array::from_fn(|k| self.0[k] + sign * other.0[k]))
     }
@@ -149,16 +154,37 @@ impl fmt::Display for Unit {
     }
 }
 
-/// Whether `node` is an acceleration, rad/s2, given the units of the parameters.
+/// What an expression's unit is to be.
+pub struct Wanted {
+    pub unit: Unit,
+    pub written: String,
+    /// Of what it is, and why it has that unit.
+    pub why: &'static str,
+}
+
+impl Wanted {
+    /// An acceleration.
+    pub fn moment() -> Self {
+        let why = "a moment is divided by the inertia; a bare number takes any unit it needs";
+        Self { unit: Unit::MOMENT, written: "rad/s2".into(), why }
+    }
+}
+
+/// Whether `node` has the unit `wanted`, given those of the numbers in it.
 ///
 /// # Errors
 /// The operator or function at which units do not go together.
-pub fn check(text: &str, node: &Node, parameters: &[(String, Unit)]) -> Result<(), Flaw> {
+pub fn check(
+    text: &str,
+    node: &Node,
+    parameters: &[(String, Unit)],
+    wanted: &Wanted,
+) -> Result<(), Flaw> {
     match of(text, node, parameters)? {
-        Dimension::Of(unit) if unit != Unit::MOMENT => Err(Flaw::new(
+        Dimension::Of(unit) if unit != wanted.unit => Err(Flaw::new(
             node.span.clone(),
-            format!("this has the unit {unit}, not rad/s2"),
-            "a moment is divided by the inertia; a bare number takes any unit it needs",
+            format!("this has the unit {unit}, not {}", wanted.written),
+            wanted.why,
         )),
         _ => Ok(()),
     }

@@ -7,7 +7,7 @@
 //! A corner crossed and recrossed within one step is passed over.
 
 use super::effects::Effects;
-use super::moments::{Moments, Piece};
+use super::moments::{Moments, Moving, Piece};
 use super::runge_kutta::runge_kutta;
 use crate::error::{Error, Quantity, Result};
 use rand::SeedableRng;
@@ -31,8 +31,7 @@ pub(super) struct Trajectory {
     moments: Moments,
     /// From the release, s.
     pub time_s: f64,
-    /// Yaw angle in rad, yaw rate in rad/s, and deflection of the spring that yields, rad.
-    pub state: [f64; 3],
+    pub state: Moving,
     piece: Piece,
     /// Where it last turned, rad.
     turned_at: Option<f64>,
@@ -77,7 +76,7 @@ impl Trajectory {
         random.set_stream(1);
         let side = if b_rad.abs() > moments.play_rad { b_rad.signum() } else { 0.0 };
         Self {
-            state: [b_rad, 0.0, moments.yielded(b_rad)],
+            state: moments.held(b_rad),
             moments,
             time_s: 0.0,
             piece: Piece { rate: 0.0, side },
@@ -138,10 +137,16 @@ impl Trajectory {
     }
 
     /// The state `h` s on if the present piece holds till then, and whether that lies beyond the piece.
-    fn attempt(&self, h: f64, random: f64) -> ([f64; 3], bool) {
+    fn attempt(&self, h: f64, random: f64) -> (Moving, bool) {
         if self.piece.rate == 0.0 {
-            let way = self.moments.leaves(self.time_s + h, self.state, self.piece, random);
-            return (self.state, way != 0.0);
+            let state = match self.moments.has_own() {
+                false => self.state,
+                true => runge_kutta(self.state, h, |dt, state| {
+                    self.moments.slope_at_rest(self.time_s + dt, state, self.piece)
+                }),
+            };
+            let way = self.moments.leaves(self.time_s + h, state, self.piece, random);
+            return (state, way != 0.0);
         }
         let next = runge_kutta(self.state, h, |dt, state| {
             self.moments.slope(self.time_s + dt, state, self.piece, random)

@@ -6,8 +6,14 @@
 
 use super::effects::Effects;
 use super::library::Smooth;
-use yawrig_expression::{OwnTerm, State, MOST_PARAMETERS};
+use yawrig_expression::{OwnTerm, State, MOST_OWN, MOST_PARAMETERS, MOST_STATES};
 use yawrig_shared::modal::Modal;
+
+/// What the equation of motion is of: yaw angle in rad, yaw rate in rad/s, deflection of the spring that
+/// yields, rad, and the states of the user's own effects; those beyond what there are stay zero.
+pub(super) type Moving = [f64; OWN + MOST_OWN * MOST_STATES];
+/// Where the states of the user's own effects begin.
+const OWN: usize = 3;
 
 /// A piece of the equation of motion within which it is smooth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,17 +84,45 @@ impl Moments {
         }
     }
 
-    /// Rates of change of angle, rate and the yielding spring's deflection while the model moves.
-    pub fn slope(&self, t: f64, state: [f64; 3], piece: Piece, random: f64) -> [f64; 3] {
-        let [_, r, z] = state;
+    /// The model held at the angle b, rad.
+    pub fn held(&self, b: f64) -> Moving {
+        let mut state = [0.0; _];
+        (state[0], state[2]) = (b, self.yielded(b));
+        let mut from = OWN;
+        for own in self.own.iter().filter(|own| !own.effect.states.is_empty()) {
+            let begun = own.begun(b, self.natural_frequency_rad_s, self.wind_speed_m_s);
+            let count = own.effect.states.len();
+            state[from..from + count].copy_from_slice(&begun[..count]);
+            from += count;
+        }
+        state
+    }
+
+    /// Rates of change of the state while the model moves.
+    pub fn slope(&self, t: f64, state: Moving, piece: Piece, random: f64) -> Moving {
+        let [b, r, z, ..] = state;
         let [h, y] = self.hysteresis;
-        let yielding = if h == 0.0 { 0.0 } else { r - piece.rate * r * z / y };
-        [r, self.acceleration(t, state, piece, random), yielding]
+        let mut slope = [0.0; _];
+        slope[0] = r;
+        slope[1] = self.acceleration(t, state, piece, random);
+        slope[2] = if h == 0.0 { 0.0 } else { r - piece.rate * r * z / y };
+        if self.has_own() {
+            self.add_own_rates(t, [b, r], &state[OWN..], piece, &mut slope[OWN..]);
+        }
+        slope
+    }
+
+    /// The same while it rests: only the states of the user's own effects go on.
+    pub fn slope_at_rest(&self, t: f64, state: Moving, piece: Piece) -> Moving {
+        let mut slope = [0.0; _];
+        self.add_own_rates(t, [state[0], 0.0], &state[OWN..], piece, &mut slope[OWN..]);
+        slope
     }
 
     /// b'' in rad/s2, friction left out, at time t (s), angle b, rate r, in one piece of the equation; the
     /// yielding spring is deflected by z.
-    pub fn without_friction(&self, t: f64, [b, r, z]: [f64; 3], piece: Piece, random: f64) -> f64 {
+    pub fn without_friction(&self, t: f64, state: Moving, piece: Piece, random: f64) -> f64 {
+        let [b, r, z, ..] = state;
         let stretch = if piece.side == 0.0 { 0.0 } else { b - piece.side * self.play_rad };
         let [f, w, phi] = self.forcing;
         let forcing = if f == 0.0 { 0.0 } else { f * (w * t + phi).cos() };
@@ -99,7 +133,7 @@ impl Moments {
         };
         self.smooth.iter().fold(linear, smooth) + self.offset_rad_s2 + forcing + random
             - self.hysteresis[0] * z
-            + if self.has_own() { self.own_moment(t, [b, r], piece) } else { 0.0 }
+            + if self.has_own() { self.own_moment(t, [b, r], &state[OWN..], piece) } else { 0.0 }
     }
 
     /// Whether there are moments that may be steep at any place.
@@ -107,8 +141,8 @@ impl Moments {
         !self.own.is_empty()
     }
 
-    fn own_moment(&self, t: f64, [b, r]: [f64; 2], piece: Piece) -> f64 {
-        let state = State {
+    fn own_state(&self, t: f64, [b, r]: [f64; 2], piece: Piece) -> State<f64> {
+        State {
             yaw_rad: b,
             rate_rad_s: r,
             time_s: t,
@@ -116,13 +150,35 @@ impl Moments {
             wind_speed_m_s: self.wind_speed_m_s,
             rate_sign: piece.rate,
             yaw_sign: if b < 0.0 { -1.0 } else { 1.0 },
+        }
+    }
+
+    fn own_moment(&self, t: f64, at: [f64; 2], z: &[f64], piece: Piece) -> f64 {
+        let state = self.own_state(t, at, piece);
+        let mut from = 0;
+        let moment = |own: &OwnTerm| {
+            let states = from..from + own.effect.states.len();
+            from = states.end;
+            own.moment(&state, &z[states])
         };
-        self.own.iter().map(|own| own.moment(&state)).sum()
+        self.own.iter().map(moment).sum()
+    }
+
+    fn add_own_rates(&self, t: f64, at: [f64; 2], z: &[f64], piece: Piece, out: &mut [f64]) {
+        let state = self.own_state(t, at, piece);
+        let mut from = 0;
+        for own in &self.own {
+            let count = own.effect.states.len();
+            let rates = own.rates(&state, &z[from..from + count]);
+            out[from..from + count].copy_from_slice(&rates[..count]);
+            from += count;
+        }
     }
 
     /// Which way the model moves from rest in a state, -1 or 1; 0: friction holds it, or nothing pulls at it.
-    pub fn leaves(&self, t: f64, [b, _, z]: [f64; 3], piece: Piece, random: f64) -> f64 {
-        let pull = |rate: f64| self.acceleration(t, [b, 0.0, z], Piece { rate, ..piece }, random);
+    pub fn leaves(&self, t: f64, mut state: Moving, piece: Piece, random: f64) -> f64 {
+        state[1] = 0.0;
+        let pull = |rate: f64| self.acceleration(t, state, Piece { rate, ..piece }, random);
         let (up, down) = (pull(1.0), pull(-1.0));
         if up > 0.0 && up >= -down {
             1.0
@@ -134,7 +190,7 @@ impl Moments {
     }
 
     /// b'' in rad/s2 while the model moves.
-    pub fn acceleration(&self, t: f64, state: [f64; 3], piece: Piece, random: f64) -> f64 {
+    pub fn acceleration(&self, t: f64, state: Moving, piece: Piece, random: f64) -> f64 {
         self.without_friction(t, state, piece, random) - self.friction_rad_s2 * piece.rate
     }
 

@@ -213,7 +213,7 @@ impl Samples {
         for _ in 0..self.steps_per_sample {
             with.trajectory.advance(self.step_s);
         }
-        let [b, r, _] = with.trajectory.state;
+        let [b, r, ..] = with.trajectory.state;
         self.state = [b, r];
         if let End::Below { amplitude_deg, .. } = self.end {
             let least_rad_s = RESTING * rad_from_deg(amplitude_deg) * TAU / with.cycle_s;

@@ -206,6 +206,11 @@ fn effects_written_by_hand_move_as_those_of_the_library() {
     }
 }
 
+/// `moment` with a state z, which follows the angle, behind it.
+fn late(moment: &str) -> String {
+    format!("{moment}\"\n[[state]]\nname = \"z\"\nunit = \"rad\"\nrate = \"(b - z) / 0.3")
+}
+
 /// The fit's integrator against the rig's (Runge-Kutta steps of 0.25 ms and less), on steep and jumping
 /// moments.
 #[test]
@@ -217,6 +222,8 @@ fn fits_and_rig_move_alike() {
         ("stuck", "-k * sign(r) * (1 + 0.5 * b^2)", "rad/s2", 0.9),
         ("swept", "k * cos(wn * t * 1.7)", "rad/s2", 0.1),
         ("excited", "k * r * (1 - (b / 0.1)^2)", "1/s", 0.5),
+        ("late", &late("-k * z"), "1/s2", 3.0),
+        ("late_and_stuck", &late("-k * sign(r) + 10 * (z - b)"), "rad/s2", 0.9),
     ] {
         let (_folder, path) = written("e.toml", &simple(id, moment, unit, number));
         let effect = effects::load(&path).unwrap();

@@ -245,6 +245,38 @@ fn an_effect_of_the_users_own_is_the_same_elsewhere() {
     bench.agrees("an effect of one's own");
 }
 
+/// A state whose name and whose rate's are no z, followed by all; what no program has a place for is refused.
+#[test]
+fn a_state_of_ones_own_is_the_same_elsewhere() {
+    let bench = Bench::new();
+    let lag = r#"
+id = "wake"
+title = "A wake"
+moment = "-c * late"
+[[state]]
+name = "late"
+unit = "rad/s"
+rate = "(r * (1 + abs(b)) - late) / T"
+[parameters]
+c = { unit = "1/s", start = 0.05 }
+T = { unit = "s", start = 0.1, min = 0.001 }
+"#;
+    bench.with("wake c=0.4 T=0.3");
+    let text = bench.read("model.toml");
+    let of = |lag: &str| {
+        text.replace("id = \"wake\"", &format!("id = \"wake\"\ndefinition = '''\n{lag}'''"))
+    };
+    bench.write("model.toml", &of(lag));
+    bench.agrees("a state of one's own");
+    let second = "[[state]]\nname = \"y\"\nunit = \"1\"\nrate = \"(b - y) / T\"\n[parameters]";
+    let two = lag.replace("-c * late", "-c * (late + y * 0.1)").replace("[parameters]", second);
+    let sticking = lag.replace("-c * late", "-c * late - 0.01 * sign(r)");
+    for (text, why) in [(two, "this model has 2"), (sticking, "goes on while friction holds")] {
+        bench.write("model.toml", &of(&text));
+        bench.of("export model.toml --to c --out no.h").run().exits(2).says(why);
+    }
+}
+
 #[test]
 fn hysteresis_is_the_same_elsewhere() {
     let bench = Bench::new();

@@ -37,7 +37,8 @@ impl Law for Hysteresis {
     }
 
     fn equation(&self) -> Option<Equation<'_>> {
-        Some(Equation::Remembered { moment: "-h * z", rate: "r - sign(r) * r * z / y" })
+        let states = vec![["z", "r - sign(r) * r * z / y"]];
+        Some(Equation::Remembered { moment: "-h * z", states })
     }
 
     fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {

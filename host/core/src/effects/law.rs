@@ -241,12 +241,12 @@ pub enum Equation<'a> {
     DeadZone(&'a str),
     /// Added to the reading.
     Reading(&'a str),
-    /// Added to b'', with a state `z` of its own and the rate of that.
+    /// Added to b'', with states of its own.
     Remembered {
-        /// The moment, of `z` besides what all equations are of.
+        /// The moment, of the states besides what all equations are of.
         moment: &'a str,
-        /// dz/dt.
-        rate: &'a str,
+        /// Name and rate of each.
+        states: Vec<[&'a str; 2]>,
     },
 }
 

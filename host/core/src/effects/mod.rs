@@ -146,6 +146,27 @@ impl Effect {
         matches!(self.bare(), Self::Own(_))
     }
 
+    /// The units of its states with equations of motion of their own.
+    pub fn state_units(&self) -> Vec<String> {
+        match self.bare() {
+            Self::Own(own) => own.states.iter().map(|s| s.unit.clone()).collect(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// Whether something of that name is a state in its [`Self::equation`].
+    pub fn is_state(&self, name: &str) -> bool {
+        match self.equation() {
+            Some(Equation::Remembered { states, .. }) => states.iter().any(|s| s[0] == name),
+            _ => false,
+        }
+    }
+
+    /// Whether there are any.
+    pub(crate) fn has_states(&self) -> bool {
+        !self.state_units().is_empty()
+    }
+
     /// The curves, where it is estimated from releases.
     pub fn measured(&self) -> Option<&MeasuredLaw> {
         match self {

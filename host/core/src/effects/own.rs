@@ -56,9 +56,10 @@ impl Law for Arc<OwnEffect> {
     }
 
     /// Where its whole moment is in proportion to one parameter and it does not say itself how it goes with
-    /// the wind.
+    /// the wind; a state may go with it by a parameter of its own.
     fn wind_power(&self, _: &[f64]) -> Option<(usize, f64)> {
-        let place = self.size_parameter().filter(|_| !self.program.uses_wind())?;
+        let place =
+            self.size_parameter().filter(|_| !self.uses_wind() && self.states.is_empty())?;
         let unit = Unit::parse(&self.parameters[place].unit).ok()?;
         Some((place, 0.0 - unit.seconds()))
     }
@@ -69,8 +70,14 @@ impl Law for Arc<OwnEffect> {
     }
 
     fn equation(&self) -> Option<Equation<'_>> {
-        // On one line: a term of its own.
-        Some(Equation::Moment(self.formula.replace(['\n', '\r'], " ").into()))
+        let moment = self.moment.as_str();
+        Some(match self.states.as_slice() {
+            [] => Equation::moment(moment),
+            states => {
+                let states = states.iter().map(|s| [s.name.as_str(), s.rate.as_str()]).collect();
+                Equation::Remembered { moment, states }
+            }
+        })
     }
 
     fn card(&self) -> Card<'_> {

@@ -103,6 +103,8 @@ fn cycle(motion: &Motion, amplitude_rad: f64, start_s: f64) -> Option<[f64; 2]> 
     let begun = Motion { yaw_rad: rest + amplitude_rad, rate_rad_s: 0.0, ..free };
     let step_s = TAU / begun.natural_frequency_rad_s / 400.0;
     let count = 4 * 400;
+    // Of how a release begins, which no later cycle has, wn and zeta know nothing.
+    let start_s = begun.swinging_from(start_s);
     let grid = Grid { start_s, step_s, count, mean_width_s: 0.0 };
     let (yaw, rate) = begun.readings_and_rates(&grid);
     // Through zero rate on the far side, then on this one.

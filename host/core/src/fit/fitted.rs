@@ -313,12 +313,6 @@ impl Fitted {
         self.structure.motion(&self.parameters, self.around).0
     }
 
-    /// The states of what remembers, in the order of the effects, at the first instant of a grid that starts
-    /// at `start_s`: of hysteresis the deflection z of what yields, rad.
-    pub fn remembered(&self, start_s: f64) -> Vec<f64> {
-        let motion = self.motion();
-        motion.memories(start_s).states(motion.yaw_rad)
-    }
     /// Readings of the model on `grid`, which begins where the free decay does.
     pub fn readings(&self, grid: &Grid) -> Vec<f64> {
         let (motion, zero) = self.structure.motion(&self.parameters, self.around);

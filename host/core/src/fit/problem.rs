@@ -182,12 +182,19 @@ fn adapts_steps(structure: &Structure) -> bool {
     structure.precise || structure.effects.iter().any(Effect::is_own)
 }
 
+/// Whether a moment has states with equations of motion of their own. Once a model swings they change its
+/// frequency and damping as the spring and the damper do: a valley that takes twice the evaluations, and finer
+/// differences, to be followed to its bottom.
+fn has_states(structure: &Structure) -> bool {
+    structure.effects.iter().any(Effect::has_states)
+}
+
 /// Of an effect's size, the step of the differences: a longer one where steps adapt themselves.
 fn difference(structure: &Structure) -> f64 {
-    if adapts_steps(structure) {
-        3e-5
-    } else {
-        DIFFERENCE
+    match adapts_steps(structure) {
+        true if has_states(structure) => 3.0 * DIFFERENCE,
+        true => 30.0 * DIFFERENCE,
+        false => DIFFERENCE,
     }
 }
 
@@ -333,6 +340,11 @@ impl<'a> JointProblem<'a> {
         // Distance to the minimum in standard errors. The many numbers of a law share what they explain: a
         // valley is followed no further than that.
         let tolerance = if has_law { 0.1 } else { 0.01 };
+        let in_valley = self.parts.iter().any(|p| has_states(&p.structure));
+        let max_evaluations = match max_evaluations >= EVALUATIONS && in_valley {
+            true => 2 * max_evaluations,
+            false => max_evaluations,
+        };
         let options = Options { max_evaluations, tolerance, accuracy, damping: 1e-4 };
         minimise(self, start, &options)
     }

@@ -93,6 +93,11 @@ impl Structure {
         })
     }
 
+    /// The units of the states of own effects, in the order of a motion's state.
+    pub fn own_state_units(&self) -> Vec<String> {
+        self.effects.iter().flat_map(Effect::state_units).collect()
+    }
+
     /// Where the numbers of `effect` begin; none where the model has it not.
     pub(crate) fn place(&self, effect: &Effect) -> Option<usize> {
         self.places().find(|(e, _)| *e == effect).map(|(_, at)| at)

@@ -22,6 +22,9 @@ impl Motion {
             if before.is_some_and(|(last, _)| last[1] * state[1] < 0.0) {
                 walker.memories.turn(state[0]);
             }
+            if let Some((last, _)) = before {
+                walker.states = walker.states_along([last, *state], [grid.time_s(k - 1), h]);
+            }
             let moment = walker.acceleration_at(*state, grid.time_s(k)) - plain(*state);
             if let Some((_, last)) = before {
                 let kick = 0.5 * h * (last + moment);

@@ -4,6 +4,7 @@ mod along;
 mod at_times;
 pub(crate) mod oscillator;
 pub(crate) mod own_motion;
+mod own_states;
 mod pace;
 mod pair;
 mod piece;

@@ -9,33 +9,12 @@
 //! friction and the dead zone, are located within the step, and a model whose rate is zero stays there while
 //! the moments of both directions hold it.
 
+use super::own_states::{weighted, Own, States};
 use super::pace::Pace;
 use super::pair::{Flows, ERROR, NODES, WEIGHTS};
 use super::piece::Piece;
 use crate::effects::{Memories, State};
 use crate::motion::oscillator::{root, Flow, Motion, Walk, MOST_HALVINGS};
-use std::cell::RefCell;
-use yawrig_expression::Prepared;
-
-impl Motion {
-    /// b'' at this angle and rate and at the first instant, rad/s2; what remembers, as if it began there.
-    ///
-    /// ```
-    /// use yawrig_core::effects::{Effect, Terms};
-    /// use yawrig_core::motion::simulate::Motion;
-    ///
-    /// let terms = Terms::of([(Effect::CoulombFriction, &[0.3][..])]);
-    /// let (natural_frequency_rad_s, damping_ratio) = (7.0, 0.01);
-    /// let motion =
-    ///     Motion { natural_frequency_rad_s, damping_ratio, yaw_rad: 0.2, rate_rad_s: 0.0, terms };
-    /// let expected = -49.0 * 0.1 - 2.0 * 0.01 * 7.0 * 0.5 - 0.3;
-    /// assert!((motion.acceleration_rad_s2(0.1, 0.5) - expected).abs() < 1e-12);
-    /// ```
-    pub fn acceleration_rad_s2(&self, yaw_rad: f64, rate_rad_s: f64) -> f64 {
-        let there = Self { yaw_rad, rate_rad_s, ..self.clone() };
-        Walker::new(&there, 1.0, 0, 0.0, Pace::Own).acceleration_at([yaw_rad, rate_rad_s], 0.0)
-    }
-}
 
 /// A step's end: the state, the moment there besides the plain model's, and the pair's disagreement of the
 /// amplitude.
@@ -44,19 +23,25 @@ struct End {
     b: f64,
     r: f64,
     moment: f64,
+    /// Of the own effects.
+    states: States,
     error: f64,
 }
 
 /// The motion under way.
 pub(crate) struct Walker<'a> {
-    motion: &'a Motion,
+    pub(super) motion: &'a Motion,
     step_s: f64,
     stiffness: f64,
     amplitude: f64,
     /// Disagreement of the pair in one step, of the amplitude, above which the step is halved.
     tolerance: f64,
-    piece: Piece,
-    own: RefCell<Vec<Prepared>>,
+    pub(super) piece: Piece,
+    pub(super) own: Own,
+    /// Of the own effects, now.
+    pub(super) states: States,
+    /// The largest each has been.
+    largest: States,
     pub(super) memories: Memories,
     /// There is something that changes where the rate changes sign, or where the angle does.
     turns: bool,
@@ -76,12 +61,24 @@ impl<'a> Walker<'a> {
         start_s: f64,
         pace: Pace<'a>,
     ) -> Self {
+        let states = motion.own_states_at(start_s);
+        Self::from(motion, [step_s, start_s], steps, pace, states)
+    }
+
+    /// From these states of the own effects.
+    pub(super) fn from(
+        motion: &'a Motion,
+        [step_s, start_s]: [f64; 2],
+        steps: u64,
+        pace: Pace<'a>,
+        states: States,
+    ) -> Self {
         let terms = &motion.terms;
-        let corner = |of: fn(&yawrig_expression::Program) -> bool| {
-            terms.own().iter().any(|own| of(&own.effect.program))
+        let corner = |of: fn(&yawrig_expression::OwnEffect) -> bool| {
+            terms.own().iter().any(|own| of(&own.effect))
         };
         let (b, r) = (motion.yaw_rad, motion.rate_rad_s);
-        let turns = terms.turns() || corner(|p| p.has_rate_corner);
+        let turns = terms.turns() || corner(|own| own.has_rate_corner());
         Self {
             motion,
             step_s,
@@ -89,16 +86,12 @@ impl<'a> Walker<'a> {
             amplitude: motion.amplitude_rad(),
             tolerance: if terms.precise { 1e-10 } else { 5e-8 },
             piece: Piece::at([b, r], terms.dead_zone_rad),
-            own: RefCell::new(
-                terms
-                    .own()
-                    .iter()
-                    .map(|own| own.prepared(motion.natural_frequency_rad_s, terms.wind_speed_m_s))
-                    .collect(),
-            ),
+            own: Own::of(motion),
+            states,
+            largest: states.map(f64::abs),
             memories: motion.memories(start_s),
             turns,
-            crosses: corner(|p| p.has_yaw_corner),
+            crosses: corner(|own| own.has_yaw_corner()),
             halved: vec![Flows::new(motion, step_s)],
             level: 0,
             // More are a sign of what no step is short enough for.
@@ -108,17 +101,15 @@ impl<'a> Walker<'a> {
     }
 
     /// Everything but the plain model and what is constant in a piece, rad/s2.
-    fn moment(&self, b: f64, r: f64, t: f64, piece: Piece) -> f64 {
+    fn moment(&self, b: f64, r: f64, t: f64, piece: Piece, z: &States) -> f64 {
         let terms = &self.motion.terms;
         let inside = terms.dead_zone_rad > 0.0 && piece.side == 0.0;
         let spring = -self.stiffness * (b - piece.slack(terms.dead_zone_rad));
         // Within the dead zone the flow's spring is taken back.
         let (spring, taken_back) = if inside { (0.0, self.stiffness * b) } else { (spring, 0.0) };
-        let mut own = self.own.borrow_mut();
-        let own = own.iter_mut().map(|own| own.evaluate(b, r, t, piece.direction, piece.half));
         let state = State { yaw_rad: b, rate_rad_s: r, time_s: t, spring_moment_rad_s2: spring };
         terms.smooth_moment(&state, terms.drive_at(t))
-            + own.sum::<f64>()
+            + self.own.moment([b, r, t], piece, z)
             + self.memories.moment(b)
             + taken_back
     }
@@ -139,6 +130,11 @@ impl<'a> Walker<'a> {
         let mut slopes = [[0.0; 2]; 7];
         slopes[0] = [0.0, first];
         let (mut end, mut last) = ([b, r], first);
+        let mut rates = [States::default(); 7];
+        let mut states = self.states;
+        if self.own.count > 0 {
+            rates[0] = self.own.rates([b, r, t], self.piece, &states);
+        }
         for (k, weights) in WEIGHTS.iter().enumerate() {
             let mut x = [b - middle, r];
             for (weight, slope) in weights.iter().zip(&slopes).take(k + 1) {
@@ -148,7 +144,12 @@ impl<'a> Walker<'a> {
             let node = k.min(4);
             let Flow([p, q, u, v]) = flows.there[node];
             end = [middle + p * x[0] + q * x[1], u * x[0] + v * x[1]];
-            last = self.moment(end[0], end[1], t + NODES[node] * h, self.piece);
+            let time_s = t + NODES[node] * h;
+            if self.own.count > 0 {
+                states = weighted(self.states, h, weights, &rates);
+                rates[k + 1] = self.own.rates([end[0], end[1], time_s], self.piece, &states);
+            }
+            last = self.moment(end[0], end[1], time_s, self.piece, &states);
             slopes[k + 1] = flows.back[node].map(|back| back * last);
         }
         let mut error = [0.0; 2];
@@ -157,8 +158,14 @@ impl<'a> Walker<'a> {
             error[1] += h * weight * slope[1];
         }
         let wn = self.motion.natural_frequency_rad_s;
-        let size = error[0].hypot(error[1] / wn) / self.amplitude;
-        End { b: end[0], r: end[1], moment: last, error: size }
+        let mut size = error[0].hypot(error[1] / wn) / self.amplitude;
+        if self.own.count > 0 {
+            let apart = weighted(States::default(), h, &ERROR, &rates);
+            for (k, apart) in apart.iter().enumerate().filter(|(_, apart)| **apart != 0.0) {
+                size += apart.abs() / self.largest[k].max(states[k].abs());
+            }
+        }
+        End { b: end[0], r: end[1], moment: last, states, error: size }
     }
 
     fn attempt_of(&self, b: f64, r: f64, t: f64, first: f64, step_s: f64) -> End {
@@ -176,7 +183,7 @@ impl<'a> Walker<'a> {
         let motion = self.motion;
         let damping = 2.0 * motion.damping_ratio * motion.natural_frequency_rad_s;
         let linear = -damping * r - self.stiffness * (b - self.middle(piece));
-        linear + self.moment(b, r, t, piece)
+        linear + self.moment(b, r, t, piece, &self.states)
     }
 
     /// Sees to it that there are flows of the step halved so often.
@@ -198,15 +205,18 @@ impl<'a> Walker<'a> {
             }
             self.attempts_left -= 1;
             if self.turns && self.piece.direction == 0.0 {
-                self.piece.direction = self.leaves(b, t + at);
+                self.piece.direction = self.leaves(b, t + at, &self.states);
                 if self.piece.direction == 0.0 {
-                    let Some(wait) = self.held(b, t + at, left) else { return (b, 0.0) };
+                    let wait = self.held(b, t + at, left);
+                    self.states = self.resting(b, t + at, wait.unwrap_or(left));
+                    let Some(wait) = wait else { return (b, 0.0) };
                     at += wait;
                     continue;
                 }
                 first = None;
             }
-            let moment = *first.get_or_insert_with(|| self.moment(b, r, t + at, self.piece));
+            let moment =
+                *first.get_or_insert_with(|| self.moment(b, r, t + at, self.piece, &self.states));
             if !moment.is_finite() {
                 return (f64::NAN, f64::NAN);
             }
@@ -241,6 +251,7 @@ impl<'a> Walker<'a> {
             }
             if self.is_within(end.b, end.r) {
                 (b, r, first) = (end.b, end.r, Some(end.moment));
+                self.take(end.states);
                 at += step_s;
                 continue;
             }
@@ -285,6 +296,7 @@ impl<'a> Walker<'a> {
         });
         let first_s = turn_s.min(cross_s).min(edge_s);
         let mut there = go(first_s);
+        self.take(there.states);
         if first_s == edge_s {
             there.b = edge.unwrap_or(there.b);
             self.piece.pass(there.b);
@@ -299,11 +311,19 @@ impl<'a> Walker<'a> {
         (there.b, there.r, first_s)
     }
 
-    /// Which way the model leaves where it rests; 0: neither moment moves it.
-    fn leaves(&self, b: f64, t: f64) -> f64 {
+    /// The own effects have these states now.
+    fn take(&mut self, states: States) {
+        self.states = states;
+        for (largest, state) in self.largest.iter_mut().zip(states) {
+            *largest = largest.max(state.abs());
+        }
+    }
+
+    /// Which way the model leaves where it rests with the states `z`; 0: neither moment moves it.
+    fn leaves(&self, b: f64, t: f64, z: &States) -> f64 {
         let pull = |direction: f64| {
             let piece = Piece { direction, ..self.piece };
-            self.stiffness * (self.middle(piece) - b) + self.moment(b, 0.0, t, piece)
+            self.stiffness * (self.middle(piece) - b) + self.moment(b, 0.0, t, piece, z)
         };
         let (up, down) = (pull(1.0), pull(-1.0));
         if up > 0.0 && up >= -down {
@@ -318,12 +338,13 @@ impl<'a> Walker<'a> {
     /// How long the model stays held, if not for the `left` s to come.
     fn held(&self, b: f64, t: f64, left: f64) -> Option<f64> {
         let (mut from, mut to) = (0.0, left);
-        if self.leaves(b, t + to) == 0.0 {
+        let stays = |after: f64| self.leaves(b, t + after, &self.resting(b, t, after)) == 0.0;
+        if stays(to) {
             return None;
         }
         for _ in 0..40 {
             let middle = 0.5 * (from + to);
-            if self.leaves(b, t + middle) == 0.0 {
+            if stays(middle) {
                 from = middle;
             } else {
                 to = middle;
@@ -344,7 +365,7 @@ impl Walk for Walker<'_> {
     fn acceleration(&self, b: f64, r: f64, t: f64) -> f64 {
         let mut piece = self.piece;
         if self.turns && piece.direction == 0.0 {
-            piece.direction = self.leaves(b, t);
+            piece.direction = self.leaves(b, t, &self.states);
             if piece.direction == 0.0 {
                 return 0.0;
             }

@@ -2,16 +2,39 @@
 
 use super::oscillator::{Motion, Walk};
 use super::own_motion::Walker;
+use super::own_states::States;
 use super::pace::Pace;
 use crate::record::Derivative;
 
 impl Motion {
-    /// The state that determines what follows: yaw angle (rad), yaw rate (rad/s), and of each moment that
-    /// remembers what it remembers (of hysteresis the deflection of what yields, rad); at the first instant,
-    /// `start_s` from the release.
+    /// b'' at this angle and rate and at the first instant, rad/s2; what remembers, as if it began there, and
+    /// own effects' states as if it was held there.
+    ///
+    /// ```
+    /// use yawrig_core::effects::{Effect, Terms};
+    /// use yawrig_core::motion::simulate::Motion;
+    ///
+    /// let terms = Terms::of([(Effect::CoulombFriction, &[0.3][..])]);
+    /// let (natural_frequency_rad_s, damping_ratio) = (7.0, 0.01);
+    /// let motion =
+    ///     Motion { natural_frequency_rad_s, damping_ratio, yaw_rad: 0.2, rate_rad_s: 0.0, terms };
+    /// let expected = -49.0 * 0.1 - 2.0 * 0.01 * 7.0 * 0.5 - 0.3;
+    /// assert!((motion.acceleration_rad_s2(0.1, 0.5) - expected).abs() < 1e-12);
+    /// ```
+    pub fn acceleration_rad_s2(&self, yaw_rad: f64, rate_rad_s: f64) -> f64 {
+        let there = Self { yaw_rad, rate_rad_s, ..self.clone() };
+        let states = there.own_states_held_at(yaw_rad);
+        let walker = Walker::from(&there, [1.0, 0.0], 0, Pace::Own, states);
+        walker.acceleration_at([yaw_rad, rate_rad_s], 0.0)
+    }
+
+    /// The state that determines what follows: yaw angle (rad), yaw rate (rad/s), of each moment that
+    /// remembers what it remembers (of hysteresis the deflection of what yields, rad), and the states of own
+    /// effects, each in its unit; at the first instant, `start_s` from the release.
     pub fn state(&self, start_s: f64) -> Vec<f64> {
         let remembered = self.memories(start_s).states(self.yaw_rad);
-        [self.yaw_rad, self.rate_rad_s].into_iter().chain(remembered).collect()
+        let state = [self.yaw_rad, self.rate_rad_s].into_iter().chain(remembered);
+        state.chain(self.own_states(start_s)).collect()
     }
 
     /// How fast each number of `state`, ordered as in [`Self::state`], changes `time_s` from the release, per
@@ -36,11 +59,15 @@ impl Motion {
     pub fn slope(&self, time_s: f64, state: &[f64]) -> Vec<f64> {
         let (yaw_rad, rate_rad_s) = (state[0], state[1]);
         let there = Self { yaw_rad, rate_rad_s, ..self.clone() };
-        let mut walker = Walker::new(&there, 1.0, 0, 0.0, Pace::Own);
-        walker.memories = self.terms.memories_at(yaw_rad, &state[2..]);
+        let mut walker = Walker::from(&there, [1.0, 0.0], 0, Pace::Own, States::default());
+        let own = state.len() - walker.own.count;
+        walker.states[..walker.own.count].copy_from_slice(&state[own..]);
+        walker.memories = self.terms.memories_at(yaw_rad, &state[2..own]);
         let acceleration = walker.acceleration(yaw_rad, rate_rad_s, time_s);
         let remembered = walker.memories.slopes(rate_rad_s);
-        [rate_rad_s, acceleration].into_iter().chain(remembered).collect()
+        let rates = walker.state_rates([yaw_rad, rate_rad_s], time_s);
+        let own = rates.into_iter().take(walker.own.count);
+        [rate_rad_s, acceleration].into_iter().chain(remembered).chain(own).collect()
     }
 
     /// What the sensor shows of `state`, ordered as in [`Self::state`], `time_s` from the release: of an

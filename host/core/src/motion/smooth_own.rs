@@ -19,7 +19,11 @@ impl SmoothOwn {
     /// The own effects of `terms` for steps of `step_s`, where all of them can be followed so.
     /// `amplitude_rad`, at `wn` in rad/s: how far the motion goes.
     pub(super) fn of(terms: &Terms, wn: f64, amplitude_rad: f64, step_s: f64) -> Option<Self> {
-        let prepared = |own: &yawrig_expression::OwnTerm| own.prepared(wn, terms.wind_speed_m_s);
+        // States take steps of their own.
+        if terms.own().iter().any(|own| !own.effect.states.is_empty()) {
+            return None;
+        }
+        let prepared = |own: &yawrig_expression::OwnTerm| own.prepared(wn, terms.wind_speed_m_s).0;
         let mut own = Self {
             each: RefCell::new(terms.own().iter().map(prepared).collect()),
             friction_rad_s2: 0.0,
@@ -66,7 +70,11 @@ impl SmoothOwn {
     }
 
     fn sum(&self, b: f64, r: f64, t: f64, direction: f64, side: f64) -> f64 {
-        self.each.borrow_mut().iter_mut().map(|own| own.evaluate(b, r, t, direction, side)).sum()
+        self.each
+            .borrow_mut()
+            .iter_mut()
+            .map(|own| own.evaluate([b, r, t, direction, side], &[]))
+            .sum()
     }
 
     /// The moment without its jump, rad/s2.

@@ -3,6 +3,7 @@
 mod diagnose;
 mod hidden;
 mod law;
+mod memory_as_state;
 mod names_of_effects;
 mod other_quantities;
 mod over_window;

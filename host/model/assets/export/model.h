@@ -3,7 +3,7 @@
  *     b'' = acceleration(b, r, t),  reading = what the sensor shows of b
  *
  * b: yaw angle (rad), r: yaw rate (rad/s), t: time from the release (s), moments divided by the inertia (rad/s2). A
- * negative damping ratio feeds the oscillation.@Z( z: what the hysteresis remembers (rad), a third state.)Z@ C99, needs nothing but the mathematics library. A program:
+ * negative damping ratio feeds the oscillation.@Z( z: @REMEMBERED@, a third state.)Z@ C99, needs nothing but the mathematics library. A program:
  *
  *     #include "@FILE@"
  *     #include <stdio.h>
@@ -44,7 +44,7 @@ typedef struct {
     /* Of the release on the record's clock, s; of the first instant, the last, and a sample, from the release. */
     double release_time_s, start_s, end_s, step_s;
     /* At the first instant. */
-    double yaw_rad, rate_rad_s@Z(, z_rad)Z@;
+    double yaw_rad, rate_rad_s@Z(, @Z@)Z@;
     /* Values, and their standard uncertainties (0: taken as known, NAN: not known). */
     @NAME@_numbers p, u;
 } @NAME@_release;
@@ -56,7 +56,7 @@ static const @NAME@_release @NAME@_releases[] = {
  * after its fit. */
 @COVARIANCE@
 
-/* Time from the release (s), yaw angle (rad), yaw rate (rad/s), its sign: 0 at rest@Z(; what is remembered (rad))Z@. */
+/* Time from the release (s), yaw angle (rad), yaw rate (rad/s), its sign: 0 at rest@Z(; z)Z@. */
 typedef struct {
     double t, b, r, direction@Z(, z)Z@;
 } @NAME@_state;
@@ -73,9 +73,10 @@ static inline double @NAME@_acceleration(double b, double r, double t, double di
         - 2.0 * p->zeta * p->wn * r@MOMENTS@;
 }
 
-@Z(/* z' in rad/s, of what the hysteresis remembers. */
-static inline double @NAME@_memory(double r, double direction, double z, const @NAME@_numbers *p) {
-    return @MEMORY@;
+@Z(/* z' per s, of @REMEMBERED@. */
+static inline double @NAME@_memory(@O(double b, )O@double r, @O(double t, )O@double direction, double z, const @NAME@_numbers *p) {
+@O(    (void)b, (void)t, (void)direction;
+)O@    return @MEMORY@;
 }
 
 )Z@/* What the sensor shows, rad. */
@@ -107,14 +108,14 @@ static inline @NAME@_state @NAME@_step(@NAME@_state s, double h, const @NAME@_nu
     static const double e[7] = {71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0,
                                 -1.0 / 40.0};
     double kb[7] = {s.r}, kr[7] = {@NAME@_acceleration(s.b, s.r, s.t, s.direction@Z(, s.z)Z@, p)};@Z(
-    double kz[7] = {@NAME@_memory(s.r, s.direction, s.z, p)};)Z@
+    double kz[7] = {@NAME@_memory(@O(s.b, )O@s.r, @O(s.t, )O@s.direction, s.z, p)};)Z@
     @NAME@_state n = s;
     for (int i = 0; i < 6; i++) {
         n.b = s.b, n.r = s.r@Z(, n.z = s.z)Z@;
         for (int j = 0; j <= i; j++)
             n.b += h * w[i][j] * kb[j], n.r += h * w[i][j] * kr[j]@Z(, n.z += h * w[i][j] * kz[j])Z@;
         kb[i + 1] = n.r;@Z(
-        kz[i + 1] = @NAME@_memory(n.r, s.direction, n.z, p);)Z@
+        kz[i + 1] = @NAME@_memory(@O(n.b, )O@n.r, @O(s.t + c[i] * h, )O@s.direction, n.z, p);)Z@
         kr[i + 1] = @NAME@_acceleration(n.b, n.r, s.t + c[i] * h, s.direction@Z(, n.z)Z@, p);
     }
     double eb = 0.0, er = 0.0@Z(, ez = 0.0)Z@;
@@ -164,7 +165,7 @@ static inline void @NAME@_advance(@NAME@_state *s, double h, const @NAME@_number
 }
 
 static inline @NAME@_state @NAME@_start(const @NAME@_release *release) {
-    const @NAME@_state s = {release->start_s, release->yaw_rad, release->rate_rad_s, @NAME@_sign(release->rate_rad_s)@Z(, release->z_rad)Z@};
+    const @NAME@_state s = {release->start_s, release->yaw_rad, release->rate_rad_s, @NAME@_sign(release->rate_rad_s)@Z(, release->@Z@)Z@};
     return s;
 }
 

@@ -10,10 +10,10 @@ function m = @NAME@()
 %     release = m.releases(1);
 %     t = release.start_s:release.step_s:release.end_s;
 %     yaw_rad = m.simulate(release, t);
-%     rhs = @(t, x) [x(2); m.acceleration(x(1), x(2), t, release.p, sign(x(2))@Z(, x(3))Z@)@Z(; m.memory(x(2), x(3), release.p, sign(x(2))))Z@];   % for ode45
+%     rhs = @(t, x) [x(2); m.acceleration(x(1), x(2), t, release.p, sign(x(2))@Z(, x(3))Z@)@Z(; m.memory(@O(x(1), )O@x(2), @O(t, )O@x(3), release.p, sign(x(2))))Z@];   % for ode45
 %
-@Z(% With hysteresis there is a third state z (rad), what it remembers: z' = memory(r, z, release.p, sign(r)), from
-% release.z_rad on, and the last argument of the acceleration.
+@Z(% There is a third state z, @REMEMBERED@: z' = memory(@O(b, )O@r, @O(t, )O@z, release.p, sign(r)), from
+% release.@Z@ on, and the last argument of the acceleration.
 %
 )Z@% The numbers of each release (p) and their standard uncertainties (u; 0: taken as known, NaN: not known):
 @NUMBERS@
@@ -39,8 +39,8 @@ a = spring ...
     - 2.0 * p.zeta * p.wn * r@MOMENTS@;
 end
 
-@Z(function rate = memory(r, z, p, direction)
-% z' in rad/s, of what the hysteresis remembers.
+@Z(function rate = memory(@O(b, )O@r, @O(t, )O@z, p, direction)
+% z' per s, of @REMEMBERED@.
 rate = @MEMORY@;
 end
 
@@ -56,7 +56,7 @@ if nargin < 3
     p = release.p;
 end
 amplitude = hypot(release.yaw_rad, release.rate_rad_s / p.wn);
-s = struct('t', release.start_s, 'b', release.yaw_rad, 'r', release.rate_rad_s, 'direction', sign(release.rate_rad_s)@Z(, 'z', release.z_rad)Z@);
+s = struct('t', release.start_s, 'b', release.yaw_rad, 'r', release.rate_rad_s, 'direction', sign(release.rate_rad_s)@Z(, 'z', release.@Z@)Z@);
 y = nan(size(times));
 for k = 1:numel(times)
     if times(k) < release.start_s
@@ -131,12 +131,12 @@ w = [1/5 0 0 0 0 0; 3/40 9/40 0 0 0 0; 44/45 -56/15 32/9 0 0 0; ...
 c = [1/5 3/10 4/5 8/9 1 1];
 kb = zeros(7, 1); kr = zeros(7, 1);
 kb(1) = s.r; kr(1) = acceleration(s.b, s.r, s.t, p, s.direction@Z(, s.z)Z@);@Z(
-kz = zeros(7, 1); kz(1) = memory(s.r, s.z, p, s.direction);)Z@
+kz = zeros(7, 1); kz(1) = memory(@O(s.b, )O@s.r, @O(s.t, )O@s.z, p, s.direction);)Z@
 for i = 1:6
     b = s.b + h * (w(i, 1:i) * kb(1:i));
     r = s.r + h * (w(i, 1:i) * kr(1:i));
 @Z(    z = s.z + h * (w(i, 1:i) * kz(1:i));
-    kz(i + 1) = memory(r, z, p, s.direction);
+    kz(i + 1) = memory(@O(b, )O@r, @O(s.t + c(i) * h, )O@z, p, s.direction);
 )Z@    kb(i + 1) = r; kr(i + 1) = acceleration(b, r, s.t + c(i) * h, p, s.direction@Z(, z)Z@);
 end
 e = [71/57600 0 -71/16695 71/1920 -17253/339200 22/525 -1/40];

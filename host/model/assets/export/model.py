@@ -7,7 +7,7 @@ negative damping ratio feeds the oscillation. Needs numpy and scipy. As a progra
 
     python3 @FILE@ [NUMBER] > release.csv
 
-@Z(z: what the hysteresis remembers (rad), a third state: z' = memory(r, z).
+@Z(z: @REMEMBERED@, a third state: z' = memory(@O(b, )O@r, @O(t, )O@z).
 
 )Z@The numbers of each release (p) and their standard uncertainties (u; 0: taken as known, nan: not known):
 @NUMBERS@
@@ -20,7 +20,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 nan = math.nan
-# The motion is parted where its rate is zero@Z(: there the hysteresis turns)Z@; dry friction can hold it there.
+# Whether the motion is parted where its rate is zero: there dry friction can hold it, and hysteresis turns.
 STICKS = @STICKS@
 RELEASES = [
 @RELEASES@
@@ -43,8 +43,8 @@ def acceleration(b, r, t, p, direction=None@Z(, z=0.0)Z@):
     )
 
 
-@Z(def memory(r, z, p, direction=None):
-    """z' in rad/s, of what the hysteresis remembers."""
+@Z(def memory(@O(b, )O@r, @O(t, )O@z, p, direction=None):
+    """z' per s, of @REMEMBERED@."""
     direction = sign(r) if direction is None else direction
     return @MEMORY@
 
@@ -52,7 +52,7 @@ def acceleration(b, r, t, p, direction=None@Z(, z=0.0)Z@):
 )Z@def rhs(t, state, p, direction=None):
     """The right-hand side for any solver: state is [b, r@Z(, z)Z@]."""
     b, r = float(state[0]), float(state[1])
-    return [r, acceleration(b, r, t, p, direction@Z(, state[2])Z@)@Z(, memory(r, state[2], p, direction))Z@]
+    return [r, acceleration(b, r, t, p, direction@Z(, state[2])Z@)@Z(, memory(@O(b, )O@r, @O(t, )O@state[2], p, direction))Z@]
 
 
 def reading(b, t, p):
@@ -79,7 +79,7 @@ def motion(release, time_s, p=None):
     out = np.full((len(time_s), 2), nan)
     now, end = release["start_s"], time_s[-1]
     b, r = release["yaw_rad"], release["rate_rad_s"]
-@Z(    z = release["z_rad"]
+@Z(    z = release["@Z@"]
 )Z@    tolerance = 1e-12 * math.hypot(b, r / p["wn"])
     longest = math.tau / p["wn"] / 25.0
     direction = sign(r) if STICKS else None

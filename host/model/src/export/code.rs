@@ -140,7 +140,7 @@ impl Dialect {
         }
     }
 
-    fn release(&self, index: usize, release: &Release) -> String {
+    fn release(&self, index: usize, release: &Release, memory: Option<&Memory>) -> String {
         let (entry, decay) = (&release.recorded.entry, &release.recorded.decay);
         let (grid, state) = (&decay.grid, &release.fit.parameters);
         let end_s = grid.time_s(grid.count - 1);
@@ -156,8 +156,10 @@ impl Dialect {
             ("p", self.numbers(&release.numbers, |n| n.value)),
             ("u", self.numbers(&release.numbers, |n| n.u)),
         ];
-        if let [z] = release.fit.remembered(grid.start_s)[..] {
-            fields.insert(fields.len() - 2, ("z_rad", self.value(z)));
+        let motion = release.fit.motion();
+        // Behind angle and rate: there is one at most.
+        if let [_, _, z] = motion.state(grid.start_s)[..] {
+            fields.insert(fields.len() - 2, (memory.map_or("z", |m| m.field), self.value(z)));
         }
         let mut out = String::new();
         for (name, value) in fields {
@@ -191,17 +193,22 @@ pub fn written(
     let Equations { spring, moments, readings, sticks, memory } = equations(&dialect, effects)?;
     let numbers: Vec<String> =
         releases[0].numbers.iter().map(|number| dialect.described(number)).collect();
-    let all: String = releases.iter().enumerate().map(|(k, r)| dialect.release(k, r)).collect();
+    let memory = memory.as_ref();
+    let all = releases.iter().enumerate().map(|(k, r)| dialect.release(k, r, memory));
+    let all: String = all.collect();
     let with: String = effects.iter().map(|e| format!(" + {e}")).collect();
     // What would end the comment it stands in.
     let title = format!("{}: second order{with}", model.display()).replace(['"', '\\', '*'], "_");
     let file = file.file_name().unwrap_or_default().to_string_lossy();
-    let mut out = of_memory(dialect.template, memory.is_some());
+    let mut out = marked(dialect.template, ["@Z(", ")Z@"], memory.is_some());
+    out = marked(&out, ["@O(", ")O@"], memory.is_some_and(|m| m.field == OWN));
     for (place, text) in [
         ("@SPRING@", spring.as_str()),
         ("@MOMENTS@", &moments),
         ("@READINGS@", &readings),
-        ("@MEMORY@", memory.as_deref().unwrap_or_default()),
+        ("@MEMORY@", memory.map_or("", |m| &m.rate)),
+        ("@REMEMBERED@", memory.map_or("", |m| &m.is)),
+        ("@Z@", memory.map_or("", |m| m.field)),
         ("@STICKS@", dialect.truth[usize::from(sticks)]),
         ("@NUMBERS@", &numbers.join("\n")),
         ("@COVARIANCE@", &dialect.covariance(covariance)),
@@ -216,13 +223,13 @@ pub fn written(
     Ok(out)
 }
 
-/// A template with what stands in `@Z(` and `)Z@`, which is for a model that `remembers`, or without.
-fn of_memory(template: &str, remembers: bool) -> String {
-    let mut parts = template.split("@Z(");
+/// A template with what stands between two marks, or without.
+fn marked(template: &str, [begin, end]: [&str; 2], with: bool) -> String {
+    let mut parts = template.split(begin);
     let mut out = parts.next().unwrap_or_default().to_owned();
     for part in parts {
-        let (inner, after) = part.split_once(")Z@").unwrap_or((part, ""));
-        out += if remembers { inner } else { "" };
+        let (inner, after) = part.split_once(end).unwrap_or((part, ""));
+        out += if with { inner } else { "" };
         out += after;
     }
     out
@@ -235,15 +242,53 @@ struct Equations {
     readings: String,
     /// Dry friction can hold the model, or hysteresis turns.
     sticks: bool,
-    /// The rate of what is remembered.
-    memory: Option<String>,
+    memory: Option<Memory>,
+}
+
+/// A third state z.
+struct Memory {
+    /// In words, with its unit.
+    is: String,
+    /// Its rate.
+    rate: String,
+    /// What its value at the beginning is called.
+    field: &'static str,
+}
+
+/// The names of that of hysteresis, and of an own effect's state.
+const HYSTERESIS: &str = "z_rad";
+const OWN: &str = "z";
+
+/// # Errors
+/// Exit 2 for states that a program has no place for.
+fn check_states(effects: &[Effect], sticks: bool) -> Result<()> {
+    let mut states = 0;
+    for effect in effects {
+        if let Some(Equation::Remembered { states: own, .. }) = effect.equation() {
+            states += own.len();
+            if effect.is_own() && sticks {
+                let what = format!(
+                    "the state of {effect} goes on while friction holds the model, which the programs do not follow"
+                );
+                return Err(Error::usage(what).help("write the table: yawrig export --to csv"));
+            }
+        }
+    }
+    if states > 1 {
+        let what = format!(
+            "the programs follow one state besides angle and rate, and this model has {states}"
+        );
+        return Err(Error::usage(what).help("write the table: yawrig export --to csv"));
+    }
+    Ok(())
 }
 
 fn equations(dialect: &Dialect, effects: &[Effect]) -> Result<Equations> {
     let mut sticks = false;
     let mut write = |effect: Option<&Effect>, text: &str| {
         let mut named = |name: &str| match (name, effect) {
-            ("b" | "r" | "t" | "z" | "spring", _) => name.to_owned(),
+            ("b" | "r" | "t" | "spring", _) => name.to_owned(),
+            (name, Some(effect)) if effect.is_state(name) => "z".to_owned(),
             ("sign(r)", _) => {
                 sticks = true;
                 "direction".to_owned()
@@ -266,10 +311,24 @@ fn equations(dialect: &Dialect, effects: &[Effect]) -> Result<Equations> {
                     moments += &write(Some(effect), term)?;
                 }
             }
-            Some(Equation::Remembered { moment, rate }) => {
+            Some(Equation::Remembered { moment, states }) => {
                 moments += dialect.term;
                 moments += &write(Some(effect), moment)?;
-                memory = Some(write(Some(effect), rate)?);
+                for [name, rate] in states {
+                    let rate = write(Some(effect), rate)?;
+                    memory = Some(match effect.state_units().as_slice() {
+                        [] => Memory {
+                            is: "what the hysteresis remembers (rad)".into(),
+                            rate,
+                            field: HYSTERESIS,
+                        },
+                        units => Memory {
+                            is: format!("{name} of {effect} ({})", units[0]),
+                            rate,
+                            field: OWN,
+                        },
+                    });
+                }
             }
             Some(Equation::Reading(text)) => {
                 readings += dialect.term;
@@ -282,6 +341,7 @@ fn equations(dialect: &Dialect, effects: &[Effect]) -> Result<Equations> {
             None => {}
         }
     }
+    check_states(effects, sticks)?;
     Ok(Equations { spring, moments, readings, sticks, memory })
 }
 

@@ -1,0 +1,256 @@
+//! What a user's own effects add to a motion: their moments, and their states, which have equations of motion
+//! of their own and are followed by the steps of the motion.
+
+use super::oscillator::{Flow, Motion, Walk};
+use super::own_motion::Walker;
+use super::pace::Pace;
+use super::piece::Piece;
+use nalgebra::{Matrix2, Vector2};
+use std::cell::RefCell;
+use std::f64::consts::TAU;
+use yawrig_expression::{follow, Prepared, MOST_OWN, MOST_STATES};
+
+/// States of all own effects of a model; those beyond what there are are zero.
+pub(super) type States = [f64; MOST_OWN * MOST_STATES];
+
+/// Cycles from a release within which a motion is followed back to it.
+const FROM_RELEASE: f64 = 3.0;
+/// Times that the beginning of a motion is looked for at most; of one that has swung for long each is a cycle, in
+/// all of which a state is taken to have forgotten where it began.
+const TRIES: u32 = 24;
+/// Of the amplitude, and of a state, to which a beginning is found: the steps of a fit change them by much more.
+const FOUND: f64 = 1e-8;
+/// Rate, as a share of that at the amplitude, beyond which a motion does not begin with a release from rest.
+const AT_REST: f64 = 0.5;
+
+/// `from` and the slopes over `h` s, weighted.
+#[inline]
+pub(super) fn weighted(from: States, h: f64, weights: &[f64], slopes: &[States]) -> States {
+    let mut out = from;
+    for (weight, slope) in weights.iter().zip(slopes) {
+        for (out, slope) in out.iter_mut().zip(slope) {
+            *out += h * weight * slope;
+        }
+    }
+    out
+}
+
+/// The own effects of a motion, made ready for it.
+pub(super) struct Own {
+    each: RefCell<Vec<(Prepared, Vec<Prepared>)>>,
+    /// How many states there are.
+    pub(super) count: usize,
+}
+
+impl Own {
+    pub(super) fn of(motion: &Motion) -> Self {
+        let (wn, wind) = (motion.natural_frequency_rad_s, motion.terms.wind_speed_m_s);
+        let each: Vec<_> = motion.terms.own().iter().map(|own| own.prepared(wn, wind)).collect();
+        let count = each.iter().map(|(_, rates)| rates.len()).sum();
+        Self { each: RefCell::new(each), count }
+    }
+
+    /// Their moments, rad/s2.
+    pub(super) fn moment(&self, [b, r, t]: [f64; 3], piece: Piece, z: &States) -> f64 {
+        let at = [b, r, t, piece.direction, piece.half];
+        let mut from = 0;
+        let mut sum = 0.0;
+        for (moment, rates) in self.each.borrow_mut().iter_mut() {
+            sum += moment.evaluate(at, &z[from..from + rates.len()]);
+            from += rates.len();
+        }
+        sum
+    }
+
+    /// How fast their states change, per s.
+    pub(super) fn rates(&self, [b, r, t]: [f64; 3], piece: Piece, z: &States) -> States {
+        let at = [b, r, t, piece.direction, piece.half];
+        let mut out = States::default();
+        let mut from = 0;
+        for (_, rates) in self.each.borrow_mut().iter_mut() {
+            let own = from..from + rates.len();
+            for (out, rate) in out[own.clone()].iter_mut().zip(rates) {
+                *out = rate.evaluate(at, &z[own.clone()]);
+            }
+            from = own.end;
+        }
+        out
+    }
+
+    /// The states `h` s after t along angles and rates `path` of the time from then.
+    pub(super) fn along(
+        &self,
+        z: States,
+        [t, h]: [f64; 2],
+        piece: Piece,
+        path: &dyn Fn(f64) -> [f64; 2],
+    ) -> States {
+        if self.count == 0 {
+            return z;
+        }
+        follow(z, h, &mut |after, z| {
+            let [b, r] = path(after);
+            self.rates([b, r, t + after], piece, z)
+        })
+    }
+}
+
+impl Walker<'_> {
+    /// How fast the states of the own effects change at this angle and rate, per s.
+    pub(super) fn state_rates(&self, [b, r]: [f64; 2], t: f64) -> States {
+        let piece = Piece::at([b, r], self.motion.terms.dead_zone_rad);
+        self.own.rates([b, r, t], piece, &self.states)
+    }
+
+    /// The states of the own effects `h` s after t, angle and rate going from the one end to the other.
+    pub(super) fn states_along(&self, ends: [[f64; 2]; 2], [t, h]: [f64; 2]) -> States {
+        let [[b, r], [next_b, next_r]] = ends;
+        let piece = Piece::at([0.5 * (b + next_b), next_b - b], self.motion.terms.dead_zone_rad);
+        self.own.along(self.states, [t, h], piece, &|after| {
+            let x = after / h;
+            let y = 1.0 - x;
+            // The cubic that has both angles and rates.
+            let angle = y * y * (1.0 + 2.0 * x) * b + x * x * (1.0 + 2.0 * y) * next_b;
+            [angle + x * y * h * (y * r - x * next_r), y * r + x * next_r]
+        })
+    }
+
+    /// The states that they have where the model is held for `wait` s.
+    pub(super) fn resting(&self, b: f64, t: f64, wait: f64) -> States {
+        let held = Piece { direction: 0.0, ..self.piece };
+        self.own.along(self.states, [t, wait], held, &|_| [b, 0.0])
+    }
+}
+
+impl Motion {
+    /// The states of the own effects where the model is held at this angle.
+    pub(super) fn own_states_held_at(&self, yaw_rad: f64) -> States {
+        let (wn, wind) = (self.natural_frequency_rad_s, self.terms.wind_speed_m_s);
+        let mut out = States::default();
+        let mut from = 0;
+        for own in self.terms.own().iter().filter(|own| !own.effect.states.is_empty()) {
+            let count = own.effect.states.len();
+            out[from..from + count].copy_from_slice(&own.begun(yaw_rad, wn, wind)[..count]);
+            from += count;
+        }
+        out
+    }
+
+    /// The states of the own effects at the first instant of a grid that starts at `start_s`, in their order
+    /// and each in its unit: those of the motion that passes its angle and rate there. Soon after a release from
+    /// rest it began there in balance; later on, or where it never was at rest, it has swung for many cycles.
+    pub(crate) fn own_states(&self, start_s: f64) -> Vec<f64> {
+        let count = Own::of(self).count;
+        self.own_states_at(start_s)[..count].to_vec()
+    }
+
+    /// `start_s`, or where there are states the first instant after it at which they are those of a model that has
+    /// swung for long.
+    pub(crate) fn swinging_from(&self, start_s: f64) -> f64 {
+        let cycle_s = TAU / self.natural_frequency_rad_s;
+        match self.terms.own().iter().any(|own| !own.effect.states.is_empty()) {
+            true => start_s.max((FROM_RELEASE + 1.0) * cycle_s),
+            false => start_s,
+        }
+    }
+
+    pub(super) fn own_states_at(&self, start_s: f64) -> States {
+        let wn = self.natural_frequency_rad_s;
+        if !self.terms.own().iter().any(|own| !own.effect.states.is_empty()) {
+            return States::default();
+        }
+        if self.amplitude_rad() == 0.0 {
+            return self.own_states_held_at(self.yaw_rad);
+        }
+        if start_s * wn <= FROM_RELEASE * TAU {
+            let release = Trace::of(self, start_s.max(0.0), start_s);
+            let held = |began: &Self, _: Option<States>| began.own_states_held_at(began.yaw_rad);
+            let found = release.back(&held);
+            let at_rest =
+                |began: &Self| began.rate_rad_s.abs() <= AT_REST * wn * self.amplitude_rad();
+            if let Some((z, _)) = found.filter(|(_, began)| at_rest(began)) {
+                return z;
+            }
+        }
+        let cycle = Trace::of(self, TAU / wn, start_s);
+        let middle = self.own_states_held_at(self.rest_rad());
+        // Once round is where it begins again.
+        let round = |_: &Self, last: Option<States>| last.unwrap_or(middle);
+        cycle.back(&round).map_or(States::default().map(|_| f64::NAN), |(z, _)| z)
+    }
+}
+
+/// The way by which a motion came to its angle and rate.
+struct Trace<'a> {
+    motion: &'a Motion,
+    back_s: f64,
+    start_s: f64,
+}
+
+impl<'a> Trace<'a> {
+    fn of(motion: &'a Motion, back_s: f64, start_s: f64) -> Self {
+        Self { motion, back_s, start_s }
+    }
+
+    /// The states now, and angle and rate where the way began, with the states that `first` gives for that and
+    /// for those at the end of the last try; none where no way leads here.
+    fn back(&self, first: &dyn Fn(&Motion, Option<States>) -> States) -> Option<(States, Motion)> {
+        let motion = self.motion;
+        let wn = motion.natural_frequency_rad_s;
+        let (yaw_rad, rate_rad_s) = motion.linear_state(-self.back_s);
+        let mut began = Motion { yaw_rad, rate_rad_s, ..motion.clone() };
+        began.terms.precise = true;
+        if self.back_s == 0.0 {
+            return Some((first(&began, None), began));
+        }
+        // How the beginning depends on the end: at first as the plain model's; then as is seen of it (C. G.
+        // Broyden, Math. Comput. 19, 1965).
+        let Flow([p, q, u, v]) = motion.flow(-self.back_s);
+        let mut inverse = Matrix2::new(p, q * wn, u / wn, v);
+        let (mut last, mut before): (Option<States>, Option<[Vector2<f64>; 2]>) = (None, None);
+        for _ in 0..TRIES {
+            let z = first(&began, last);
+            let (end, [b, r]) = self.walked(&began, z);
+            let off = Vector2::new(motion.yaw_rad - b, (motion.rate_rad_s - r) / wn);
+            if !off.norm().is_finite() {
+                return None;
+            }
+            let is_found = off.norm() <= FOUND * motion.amplitude_rad();
+            let apart = |(a, b): (&f64, &f64)| (a - b).abs() > FOUND * a.abs().max(b.abs());
+            let is_settled = last.is_some_and(|last| !end.iter().zip(&last).any(apart));
+            // What does not depend on the last try has nothing to settle.
+            if is_found && (is_settled || first(&began, Some(end)) == z) {
+                return Some((end, began));
+            }
+            if let Some([moved, was]) = before {
+                let change = inverse * (was - off);
+                let size = moved.dot(&change);
+                if size != 0.0 {
+                    inverse += (moved - change) * (moved.transpose() * inverse) / size;
+                }
+            }
+            let moved = inverse * off;
+            (began.yaw_rad, began.rate_rad_s) =
+                (began.yaw_rad + moved.x, began.rate_rad_s + wn * moved.y);
+            (before, last) = (Some([moved, off]), Some(end));
+        }
+        // Friction may hold it: then many ways, and one as good as another, end here.
+        last.map(|z| (z, began))
+    }
+
+    /// The states, angle and rate at the end of the way from `began` with `first`.
+    fn walked(&self, began: &Motion, first: States) -> (States, [f64; 2]) {
+        let steps = (self.back_s * began.natural_frequency_rad_s * 48.0 / TAU).ceil().max(1.0);
+        let (h, from_s) = (self.back_s / steps, self.start_s - self.back_s);
+        let mut walker = Walker::from(began, [h, from_s], steps as u64, Pace::Own, first);
+        let (mut b, mut r) = (began.yaw_rad, began.rate_rad_s);
+        for k in 0..steps as usize {
+            (b, r) = walker.advance(b, r, from_s + k as f64 * h);
+        }
+        (walker.states, [b, r])
+    }
+}
+
+#[cfg(test)]
+#[path = "own_states_tests.rs"]
+mod tests;

@@ -1,0 +1,108 @@
+use super::*;
+use crate::effects::{Effect, Terms};
+use crate::motion::simulate::Grid;
+use std::sync::Arc;
+
+fn own(states: &str, moment: &str) -> Effect {
+    let text = format!(
+        "id = \"late\"\ntitle = \"Late\"\nmoment = \"{moment}\"\n{states}\n[parameters]\n\
+         c = {{ unit = \"1/s2\", start = 3.0 }}\nT = {{ unit = \"s\", start = 0.2, min = 0.001 }}\n"
+    );
+    let effect = yawrig_expression::from_text("late.toml".as_ref(), &text, &[]);
+    Effect::Own(Arc::new(effect.unwrap_or_else(|e| panic!("{e}"))))
+}
+
+const LAG: &str = "[[state]]\nname = \"z\"\nunit = \"rad\"\nrate = \"(b - z) / T\"";
+/// Its speed is limited by tanh, and it comes in two steps.
+const TWO: &str = "[[state]]\nname = \"y\"\nunit = \"rad\"\nrate = \"0.3 * tanh((b - y) / 0.3) / T\"\n\
+                   [[state]]\nname = \"z\"\nunit = \"rad\"\nrate = \"(y - z) / T\"\nstart = \"0.5 * b\"";
+
+fn motion(effects: &[(Effect, &[f64])]) -> Motion {
+    Motion {
+        natural_frequency_rad_s: 7.0,
+        damping_ratio: 0.05,
+        yaw_rad: 0.2,
+        rate_rad_s: 0.0,
+        terms: Terms::of(effects.iter().cloned()),
+    }
+}
+
+/// Runge-Kutta of order 4 over the right-hand side: the state at `step_s` times each.
+fn integrated(motion: &Motion, step_s: f64, count: usize) -> Vec<Vec<f64>> {
+    let on = |state: &[f64], slope: &[f64], h: f64| -> Vec<f64> {
+        state.iter().zip(slope).map(|(x, s)| x + h * s).collect()
+    };
+    let mut state = motion.state(0.0);
+    let mut out = Vec::new();
+    for k in 0..count {
+        out.push(state.clone());
+        let (t, h) = (k as f64 * step_s, step_s);
+        let first = motion.slope(t, &state);
+        let second = motion.slope(t + 0.5 * h, &on(&state, &first, 0.5 * h));
+        let third = motion.slope(t + 0.5 * h, &on(&state, &second, 0.5 * h));
+        let fourth = motion.slope(t + h, &on(&state, &third, h));
+        for (j, x) in state.iter_mut().enumerate() {
+            *x += h / 6.0 * (first[j] + 2.0 * (second[j] + third[j]) + fourth[j]);
+        }
+    }
+    out
+}
+
+/// Beside effects with corners, too: to the steps of the comparison, which run over them.
+#[test]
+fn states_go_with_the_motion() {
+    let numbers: &[f64] = &[3.0, 0.2];
+    let friction = (Effect::CoulombFriction, &[0.05][..]);
+    for (effects, most) in [
+        (vec![(own(LAG, "-c * z"), numbers)], 1e-8),
+        (vec![(own(TWO, "-c * z"), numbers)], 1e-8),
+        (vec![(own(TWO, "-c * z"), numbers), friction, (Effect::Hysteresis, &[2.0, 0.05])], 1e-4),
+    ] {
+        let motion = motion(&effects);
+        let grid = Grid { start_s: 0.0, step_s: 1e-3, count: 6000, mean_width_s: 0.0 };
+        let readings = motion.readings(&grid);
+        let off = integrated(&motion, 1e-3, 6000)
+            .iter()
+            .zip(&readings)
+            .fold(0.0, |off: f64, (state, y)| off.max((state[0] - y).abs()));
+        println!("{} effects: off by {off:.1e} rad", effects.len());
+        assert!(off < most * 0.2, "{off}");
+    }
+}
+
+/// Where the motion begins later on, its states are about those it has; within a cycle of the release exactly.
+#[test]
+fn a_motion_that_begins_later_on_has_its_states() {
+    for (states, most) in [(LAG, 0.03), (TWO, 0.03)] {
+        let motion = motion(&[(own(states, "-c * z"), &[3.0, 0.2])]);
+        let all = integrated(&motion, 1e-3, 9000);
+        for (k, most) in
+            [(0, 1e-12), (40, 1e-7), (700, 1e-7), (6000, most), (6100, most), (8300, most)]
+        {
+            let [yaw_rad, rate_rad_s] = [all[k][0], all[k][1]];
+            let there = Motion { yaw_rad, rate_rad_s, ..motion.clone() };
+            let found = there.own_states(k as f64 * 1e-3);
+            let amplitude = yaw_rad.hypot(rate_rad_s / 7.0);
+            let off = all[k][2..].iter().zip(&found).map(|(z, found)| (z - found).abs());
+            let off = off.fold(0.0, f64::max) / amplitude;
+            println!("{k} ms from the release: off by {off:.1e} of the amplitude");
+            assert!(off <= most, "{k}: {off} {found:?} {:?}", &all[k][2..]);
+        }
+    }
+}
+
+/// Held by friction at the end, the states go on until they let it go or rest.
+#[test]
+fn states_go_on_while_friction_holds_the_model() {
+    let effects = [(own(LAG, "c * (z - b)"), &[10.0, 0.5][..]), (Effect::CoulombFriction, &[0.9])];
+    let motion = Motion { damping_ratio: 0.3, yaw_rad: 0.1, ..motion(&effects) };
+    let grid = Grid { start_s: 0.0, step_s: 0.01, count: 800, mean_width_s: 0.0 };
+    let (readings, rates) = motion.readings_and_rates(&grid);
+    let (by_steps, all) = (integrated(&motion, 1e-4, 80_000), readings.len());
+    let off = (0..all).fold(0.0, |off: f64, k| off.max((by_steps[100 * k][0] - readings[k]).abs()));
+    println!(
+        "off by {off:.1e} rad, held in {} of {all}",
+        rates.iter().filter(|r| **r == 0.0).count()
+    );
+    assert!(off < 3e-4 && rates[all - 1] == 0.0, "{off}");
+}
