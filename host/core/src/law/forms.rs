@@ -50,6 +50,13 @@ pub(crate) struct Form {
 }
 
 impl Form {
+    /// Whether it makes a sum with `other`: both of one number, or the stops of two sides.
+    pub(super) fn adds_to(&self, other: &Self) -> bool {
+        let is_plain = |f: &Self| f.parameters.len() == 1;
+        let are_stops = [(ABOVE, BELOW), (BELOW, ABOVE)].contains(&(self.id, other.id));
+        is_plain(self) && is_plain(other) || are_stops
+    }
+
     /// Whether it is a law of an angle, of no other displacement.
     pub(super) fn is_of_angle(&self) -> bool {
         self.moment.contains("sin(")
@@ -89,6 +96,10 @@ const fn stiffness(
 ) -> Form {
     Form { id, title, moment, parameters, is_stiffness: true, alike: None }
 }
+
+/// The two stops that a model may have, each with its angle and stiffness: a formula alone and together.
+const ABOVE: &str = "stop_above";
+const BELOW: &str = "stop_below";
 
 /// Every form, simplest first. No two parameters have one name, so that two forms can stand in one formula.
 pub(crate) const FORMS: &[Form] = &[
@@ -165,6 +176,18 @@ pub(crate) const FORMS: &[Form] = &[
         "a stop beyond an angle",
         "-ke * max(abs(b) - ge, 0) * sign(b)",
         &[size("ke", "1/s2"), at("ge", "rad", &[0.2, 0.35, 0.5, 0.65, 0.8])],
+    ),
+    stiffness(
+        ABOVE,
+        "a stop on the positive side",
+        "-ku * max(b - gu, 0)",
+        &[size("ku", "1/s2"), at("gu", "rad", &[0.1, 0.2, 0.35, 0.5, 0.65, 0.8])],
+    ),
+    stiffness(
+        BELOW,
+        "a stop on the negative side",
+        "-kl * min(b + gl, 0)",
+        &[size("kl", "1/s2"), at("gl", "rad", &[0.1, 0.2, 0.35, 0.5, 0.65, 0.8])],
     ),
     stiffness(
         "dead_zone",
@@ -287,9 +310,10 @@ mod tests {
             let one = Formula { forms: vec![a] };
             let effect = one.effect(&one.typical(), (1.0, 1.0), |f| f.moment).expect(a.id);
             let (b, r) = if a.is_stiffness { (0.6, 0.0) } else { (0.1, 0.7) };
-            let size = moment(&effect, &one.typical(), b, r, 7.0);
-            assert!(size != 0.0 && size.is_finite(), "{}", a.id);
-            for b in FORMS[..k].iter().filter(|b| a.parameters.len() + b.parameters.len() == 2) {
+            // On one side at least.
+            let sizes = [b, -b].map(|b| moment(&effect, &one.typical(), b, r, 7.0));
+            assert!(sizes.iter().all(|s| s.is_finite()) && sizes != [0.0; 2], "{}", a.id);
+            for b in FORMS[..k].iter().filter(|b| a.adds_to(b)) {
                 let two = Formula { forms: vec![b, a] };
                 let effect = two.effect(&two.typical(), (1.0, 1.0), |f| f.moment);
                 assert!(effect.is_some(), "{}", two.id());

@@ -104,12 +104,11 @@ impl<'a> Target<'a> {
             all
         };
         let single = forms.iter().filter_map(|form| self.fitted(&[form])).collect();
-        let plain: Vec<&'static Form> =
-            forms.iter().filter(|f| f.parameters.len() == 1).copied().collect();
-        let pairs: Vec<[&'static Form; 2]> = plain
+        let pairs: Vec<[&'static Form; 2]> = forms
             .iter()
             .enumerate()
-            .flat_map(|(k, a)| plain[..k].iter().map(move |b| [*b, *a]))
+            .flat_map(|(k, a)| forms[..k].iter().map(move |b| [*b, *a]))
+            .filter(|[a, b]| a.adds_to(b))
             .collect();
         let sums = pairs.iter().map_at_once(|pair| self.fitted(pair)).flatten().collect();
         let mut out = sorted(single, BREADTH);

@@ -1,5 +1,6 @@
 //! Estimator, diagnosis and laws on data of the independent rig.
 
+mod contact_by_side;
 mod diagnose;
 mod hidden;
 mod law;
