@@ -134,6 +134,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
 
     /// Takes up the newest network of the flash, or the one compiled in.
     pub fn start(&mut self) {
+        self.core.mend_lock();
         self.core.take_up_kept();
     }
 

@@ -12,18 +12,22 @@
 //! this device: devices that share a key should not share a line that strangers listen to.
 //!
 //! The lock is the newest of its [records](crate::records): whenever the power goes the device is as before
-//! or as wanted, and no number comes again.
+//! or as wanted, and no number comes again. It stands there twice. A copy that is lost is made good with the
+//! next start ([`mend`]); where both are, or the flash cannot be read, the device is locked with
+//! [`NOBODYS_KEY`].
 //!
 //! ```text
-//! record: 0 number   4 LOCK or OPEN   8 public key   40 unused   44 CRC-32 of bytes 0..44   48 up to whole write units
+//! record: 0 number   4 LOCK or OPEN   8 public key   40 LOCK or OPEN   44 CRC-32 of bytes 0..44   48 up to whole write units
 //! ```
 
 use crate::flash::{read as read_flash, Sector, ERASED};
-use crate::records::{append, newest, Tag};
+use crate::records::{append, newest, Record, Tag};
 use core::ops::Range;
 use ed25519_compact::{PublicKey, Signature as Ed25519};
 use embedded_storage::nor_flash::NorFlash;
-use yawrig_shared::wire::{network_message, unlock_message, update_message, Refusal, Signature};
+use yawrig_shared::wire::{
+    network_message, unlock_message, update_message, Refusal, Signature, NOBODYS_KEY,
+};
 
 /// A lock that holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,11 +44,26 @@ pub struct Challenge {
     pub nonce: u32,
 }
 
-/// The lock of this flash, if it has one.
+/// The lock of this flash, if it has one; [`NOBODYS_KEY`] where it had one that cannot be read.
 pub fn read<F: NorFlash>(flash: &mut F) -> Option<Lock> {
-    let record = newest(flash).lock?;
+    let newest = newest(flash);
+    if newest.lock_lost {
+        return Some(Lock { number: 0, key: NOBODYS_KEY });
+    }
+    let record = newest.lock?;
     (record.tag == Tag::Locked).then_some(())?;
     Some(Lock { number: record.number, key: *record.body.first_chunk()? })
+}
+
+/// Writes the lock anew where one of its two copies is lost, or where there never was a second; whether it is
+/// lost whole.
+pub fn mend<F: NorFlash>(flash: &mut F) -> bool {
+    let newest = newest(flash);
+    if let Some(Record { tag, body, .. }) = newest.lock.filter(|_| !newest.lock_twice) {
+        // Nothing is written where it is lost; else with the next start: one copy holds.
+        let _ = append(flash, tag, &body[..32]);
+    }
+    newest.lock_lost
 }
 
 /// Locks an unlocked device.
@@ -65,9 +84,9 @@ pub fn lock<F: NorFlash>(flash: &mut F, key: &[u8; 32]) -> Result<(), Refusal> {
 /// Raises the number of a lock, so that it has never been in a challenge.
 ///
 /// # Errors
-/// [`Refusal::NotLocked`], or the flash's.
+/// [`Refusal::NotLocked`], [`Refusal::NotAKey`], or the flash's.
 pub fn renew<F: NorFlash>(flash: &mut F) -> Result<u32, Refusal> {
-    let Lock { key, .. } = read(flash).ok_or(Refusal::NotLocked)?;
+    let Lock { key, .. } = somebodys(flash)?;
     append(flash, Tag::Locked, &key)
 }
 
@@ -131,9 +150,18 @@ pub fn check_network<F: NorFlash>(
     })
 }
 
+/// The lock, if anybody has its key.
+fn somebodys<F: NorFlash>(flash: &mut F) -> Result<Lock, Refusal> {
+    let lock = read(flash).ok_or(Refusal::NotLocked)?;
+    if lock.key == NOBODYS_KEY {
+        return Err(Refusal::NotAKey);
+    }
+    Ok(lock)
+}
+
 /// The lock that gave this challenge.
 fn of_challenge<F: NorFlash>(flash: &mut F, challenge: Challenge) -> Result<Lock, Refusal> {
-    let lock = read(flash).ok_or(Refusal::NotLocked)?;
+    let lock = somebodys(flash)?;
     if lock.number != challenge.number {
         return Err(Refusal::WrongSignature);
     }

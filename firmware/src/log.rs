@@ -40,6 +40,12 @@ pub fn not_kept() {
     defmt::warn!("the flash does not take what was learnt: a reset will lose it");
 }
 
+/// Nobody can write to it any more.
+pub fn lock_lost() {
+    #[cfg(feature = "log")]
+    defmt::error!("the lock cannot be read: nobody's key opens it; erase the flash");
+}
+
 /// What the host is told unasked.
 pub fn event(event: &Event) {
     #[cfg(not(feature = "log"))]

@@ -121,11 +121,16 @@ pub struct Board(Arc<Mutex<Device<MemoryFlash>>>);
 
 impl Default for Board {
     fn default() -> Self {
-        Self(Arc::new(Mutex::new(Device::new(MemoryFlash::new(), "on the bench"))))
+        Self::of(MemoryFlash::new())
     }
 }
 
 impl Board {
+    /// One that starts from this flash.
+    pub fn of(flash: MemoryFlash) -> Self {
+        Self(Arc::new(Mutex::new(Device::new(flash, "on the bench"))))
+    }
+
     /// What the device says to these bytes.
     pub fn exchange(&self, bytes: &[u8]) -> Vec<u8> {
         let mut device = self.0.lock().unwrap_or_else(PoisonError::into_inner);

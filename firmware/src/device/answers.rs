@@ -3,6 +3,7 @@
 use super::Core;
 use crate::line::Asked;
 use crate::lock::{self, Challenge, Lock};
+use crate::log;
 use crate::slots::Slot;
 use embedded_storage::nor_flash::NorFlash;
 use yawrig_shared::wire::{
@@ -106,6 +107,13 @@ impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
             Request::Stream { samples } => self.stream.extend(samples),
         }
         Ok(Reply::Done)
+    }
+
+    /// What a start does for the lock.
+    pub(super) fn mend_lock(&mut self) {
+        if LOCKABLE && lock::mend(self.store.flash()) {
+            log::lock_lost();
+        }
     }
 
     fn kept_lock(&mut self) -> Option<Lock> {

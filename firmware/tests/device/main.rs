@@ -10,6 +10,7 @@ mod holds;
 mod learning;
 mod learnt_power_cuts;
 mod lock;
+mod lock_faults;
 mod noise;
 mod nucleo_f446re;
 mod power_cuts;

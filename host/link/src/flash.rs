@@ -1,7 +1,7 @@
 //! Writing a network to a device.
 
 use crate::client::{Client, LinkError};
-use crate::key::{challenge, hex, sign_update};
+use crate::key::{challenge, hex, lost, sign_update};
 use ed25519_compact::KeyPair;
 use std::time::{Duration, Instant};
 use yawrig_base::error::{Error, Exit, Result};
@@ -9,7 +9,7 @@ use yawrig_base::interrupt;
 use yawrig_base::settings;
 use yawrig_shared::blob::{self, BlobError, Envelope, Payload};
 use yawrig_shared::network::NetworkError;
-use yawrig_shared::wire::{Refusal, Request, SlotState, CHUNK};
+use yawrig_shared::wire::{Refusal, Request, SlotState, CHUNK, NOBODYS_KEY};
 
 /// Told how far a transfer is.
 pub trait Progress {
@@ -116,6 +116,9 @@ pub fn write_signed(
 
 /// That this key opens this lock, asked before anything is written.
 fn may_write(client: &Client, lock: &[u8; 32], key: Option<&KeyPair>) -> Result<()> {
+    if *lock == NOBODYS_KEY {
+        return Err(lost(client));
+    }
     let have = match key {
         Some(key) if *key.pk == *lock => return Ok(()),
         Some(key) => format!("; the given one is {}", hex(&*key.pk)),

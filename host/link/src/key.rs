@@ -11,6 +11,7 @@ use yawrig_base::error::{Error, Exit, Result};
 use yawrig_base::settings;
 use yawrig_shared::wire::{
     network_message, unlock_message, update_message, Refusal, Reply, Request, Signature,
+    NOBODYS_KEY,
 };
 
 /// First line of a private key's file.
@@ -120,6 +121,7 @@ pub fn lock(client: &mut Client, key: &[u8; 32]) -> Result<()> {
     if PublicKey::from_slice(key).and_then(|key| key.validate()).is_err() {
         return Err(Error::data("these digits are not a public key").help(MAKE));
     }
+    not_lost(client)?;
     client.request(&Request::Lock { key: *key }).map(drop).map_err(|e| why(client, e))
 }
 
@@ -128,9 +130,31 @@ pub fn lock(client: &mut Client, key: &[u8; 32]) -> Result<()> {
 /// # Errors
 /// Exit 5 where it refuses: it is locked with another key, or not locked.
 pub fn unlock(client: &mut Client, key: &KeyPair) -> Result<()> {
+    not_lost(client)?;
     let (number, nonce) = challenge(client).map_err(|e| why(client, e))?;
     let signature = sign(key, &unlock_message(number, nonce));
     client.request(&Request::Unlock { signature }).map(drop).map_err(|e| why(client, e))
+}
+
+fn not_lost(client: &mut Client) -> Result<()> {
+    match client.status()?.lock {
+        Some(NOBODYS_KEY) => Err(lost(client)),
+        _ => Ok(()),
+    }
+}
+
+/// What is done about a lock that is [lost](NOBODYS_KEY).
+pub const LOST_HELP: &str =
+    "erase its whole flash over its debug plug or its boot loader, as the book says under \
+    \"Who may write\"; then write firmware, network and lock anew";
+
+/// Of a device whose lock is [lost](NOBODYS_KEY).
+pub fn lost(client: &Client) -> Error {
+    let why = format!(
+        "the device on {} is locked, and its flash has lost with which key: nobody's opens it",
+        client.path()
+    );
+    Error::new(Exit::Flash, why).help(LOST_HELP)
 }
 
 fn why(client: &Client, error: LinkError) -> Error {

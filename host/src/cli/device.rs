@@ -13,7 +13,7 @@ use yawrig_link::follow::{
 };
 use yawrig_link::key;
 use yawrig_link::numbers::{named, Named};
-use yawrig_shared::wire::{SlotState, Status};
+use yawrig_shared::wire::{SlotState, Status, NOBODYS_KEY};
 
 #[derive(Args, Debug)]
 pub struct Device {
@@ -105,6 +105,7 @@ fn to_json(identity: &Identity, status: &Status) -> Value {
     object["running_slot"] = json!(status.network.slot);
     object["on_trial"] = json!(status.network.on_trial);
     object["lock"] = json!(status.lock.map(|key| key::hex(&key)));
+    object["lock_lost"] = json!(status.lock == Some(NOBODYS_KEY));
     object["samples"] = json!(status.samples);
     object["lost_samples"] = json!(status.lost_samples);
     object["lost_events"] = json!(status.lost_events);
@@ -149,9 +150,15 @@ fn to_text(identity: &Identity, status: &Status) -> String {
         lines.push(format!("slot {index}    {state}"));
     }
     lines.push(match &status.lock {
+        Some(NOBODYS_KEY) => {
+            "lock      lost: it takes no network, and nobody's key opens it".to_owned()
+        }
         Some(key) => format!("lock      only networks signed with {}", key::hex(key)),
         None => "lock      none: takes any network".to_owned(),
     });
+    if status.lock == Some(NOBODYS_KEY) {
+        lines.push(format!("          {}", key::LOST_HELP));
+    }
     lines.push(format!("learnt    {}", learnt_text(&status.learnt)));
     lines.push(format!("sensor    {}", sensor_text(&status.sensor)));
     let settings = &status.settings;

@@ -5,6 +5,10 @@ use heapless::Vec;
 /// An ed25519 signature. One that has not 64 bytes is not valid.
 pub type Signature = Vec<u8, 64>;
 
+/// The public key that a device says it is locked with whose lock is lost: of no key pair, so it is opened by
+/// nobody, and no device can be locked with it.
+pub const NOBODYS_KEY: [u8; 32] = [0; 32];
+
 /// What is signed: 16 bytes that say what for, so that a signature of one kind is none of another, then the
 /// number and the nonce of a challenge, so that it is good once.
 fn signed(kind: &[u8; 16], number: u32, nonce: u32) -> [u8; 24] {

@@ -29,7 +29,7 @@ pub enum SlotState {
 pub struct Status {
     pub network: NetworkStatus,
     pub slots: [SlotState; 2],
-    /// Public key it is locked with.
+    /// Public key it is locked with; [`NOBODYS_KEY`](super::NOBODYS_KEY) where that cannot be read any more.
     pub lock: Option<[u8; 32]>,
     /// What the coming releases are measured with; one that is going on may have been begun with others.
     pub settings: Settings,

@@ -53,6 +53,39 @@ fn a_locked_device_takes_signed_networks_only_until_it_is_opened() {
 }
 
 #[test]
+fn a_lock_that_is_lost_is_said_and_so_is_the_way_out() {
+    use embedded_storage::nor_flash::NorFlash;
+    use yawrig_firmware::slots::{MemoryFlash, Sector};
+    let mut flash = MemoryFlash::new();
+    // Two copies, in both of which a bit is wrong: of nothing the checksum is not zero.
+    let mut copy = [0; 48];
+    copy[4..8].copy_from_slice(b"LOCK");
+    let at = Sector::Lock.start::<MemoryFlash>() as u32;
+    flash.write(at, &[copy, copy].concat()).expect("erased");
+    let board = Board::of(flash);
+
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    keygen(folder, "ours").exits(0);
+    std::fs::write(folder.join("n.yrn"), networks::another()).expect("room for it");
+    let on_it = |arguments: &str| {
+        let line = board.plug();
+        yawrig(arguments).and("--device").and(line.path()).in_folder(folder).run()
+    };
+    let shown = on_it("device").exits(0);
+    assert!(shown.stdout.contains("lock      lost"), "{}", shown.report());
+    assert!(shown.stdout.contains("erase its whole flash"), "{}", shown.report());
+    let json = on_it("device --json").exits(0).json();
+    assert_eq!((&json["lock_lost"], &json["lock"]), (&true.into(), &"0".repeat(64).into()));
+    for verb in ["device lock --key ours --yes", "device unlock --key ours"] {
+        on_it(verb).exits(5).says("nobody's").says("erase its whole flash").helps();
+    }
+    for verb in ["flash n.yrn", "flash n.yrn --sign ours"] {
+        on_it(verb).exits(5).says("nobody's").says("erase its whole flash").helps();
+    }
+}
+
+#[test]
 fn a_key_is_readable_by_its_owner_alone_and_never_overwritten() {
     let folder = tempfile::tempdir().expect("a folder");
     let made = keygen(folder.path(), "key").exits(0);

@@ -118,6 +118,21 @@ impl<const WRITE: usize, const ERASE: usize> Chip<WRITE, ERASE> {
         self.set(unit, &bytes, Unit::Written);
     }
 
+    /// One bit that has become the other one.
+    pub fn flip(&mut self, offset: usize, bit: u8) {
+        let unit = offset / WRITE;
+        let mut bytes = self.bytes[unit * WRITE..][..WRITE].to_vec();
+        bytes[offset % WRITE] ^= 1 << bit;
+        self.set(unit, &bytes, Unit::Written);
+    }
+
+    /// A unit that cannot be read any more.
+    pub fn fail_reads(&mut self, offset: usize) {
+        let unit = offset / WRITE;
+        let bytes = self.bytes[unit * WRITE..][..WRITE].to_vec();
+        self.set(unit, &bytes, Unit::Unreadable);
+    }
+
     /// Writes units, `torn` before each with what a cut in it leaves, and once more back again.
     fn write_torn(
         &mut self,

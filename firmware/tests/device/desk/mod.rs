@@ -1,5 +1,6 @@
 //! A device in memory that is asked in frames.
 
+use embedded_storage::nor_flash::NorFlash;
 use yawrig_firmware::device::Device;
 use yawrig_firmware::slots::MemoryFlash;
 use yawrig_shared::wire::{
@@ -8,8 +9,8 @@ use yawrig_shared::wire::{
 };
 
 /// A device, the number of the last request, and what it has said unasked.
-pub struct Desk {
-    pub device: Device<MemoryFlash>,
+pub struct Desk<F = MemoryFlash> {
+    pub device: Device<F>,
     sequence: u16,
     decoder: Decoder,
     pub windows: Vec<WindowResult>,
@@ -19,8 +20,8 @@ pub struct Desk {
     samples: Vec<u16>,
 }
 
-impl Desk {
-    pub fn new(flash: MemoryFlash) -> Self {
+impl<F: NorFlash> Desk<F> {
+    pub fn new(flash: F) -> Self {
         Self {
             device: Device::new(flash, "desk"),
             sequence: 0,
