@@ -162,6 +162,15 @@ interface Replay {
 interface LiveState {
   epoch: number; is_followed: boolean; device: string; samples: number; missing_samples: number;
   recording: string | null; replay: Replay | null; fault: Fault | null;
+  /** Of the built-in rig, times real time; null before a board. */
+  speed: number | null;
+  measuring: Measuring | null;
+  disk: { bytes_an_hour: number; free_bytes: number | null } | null;
+}
+/** A campaign or a condition that is being measured, as it was asked for. */
+interface Measuring {
+  wanted: { campaign: string | null; condition: string | null; spring: string | null; axis: string | null; wind_speed_m_s: number | null };
+  has_ended: boolean;
 }
 /** The least and the largest of each ten samples. */
 interface LiveTrace { time_s: number[]; low_deg: number[]; high_deg: number[] }
@@ -180,7 +189,7 @@ interface RefinedLine extends Logged { event: "refined"; time_s: number; derivat
 interface ConditionLine extends Logged { event: "condition"; time_s: number; spring: string; axis: Axis; wind_speed_m_s: number }
 interface HappenedLine extends Logged {
   event: "device" | "gap" | "phase" | "events_lost" | "restarted" | "restored" | "forgotten" | "silent" | "disconnected"
-    | "back" | "derivatives" | "mark" | "record";
+    | "back" | "derivatives" | "mark" | "record" | "trace_ended";
   time_s: number;
 }
 interface SaidLine extends Logged { event: "refused" | "recorded" }

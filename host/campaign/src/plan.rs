@@ -2,7 +2,7 @@
 
 use super::simulated;
 use super::CampaignFile;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_core::derivatives::campaign::{Campaign, InertiaEntry, ReleaseEntry};
@@ -20,7 +20,7 @@ pub struct Plan {
 }
 
 /// What a user says of it.
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Wanted {
     /// The releases of this file one after the other; their records need not be there.

@@ -14,6 +14,7 @@ use yawrig_base::error::{Error, Exit, Result};
 use yawrig_base::interrupt;
 use yawrig_link::bench::{Bench, Target};
 use yawrig_link::live::built_in_rig::BuiltInRig;
+use yawrig_link::live::disk;
 use yawrig_link::live::item::{time_s, Item};
 use yawrig_link::live::recording::Recording;
 use yawrig_link::live::session::{Follow, Session};
@@ -325,9 +326,11 @@ impl Following<'_> {
             _ => place.clone(),
         };
         let recording = Recording::begin(&place, self.device.as_ref())?;
+        let speed = self.built_in.as_ref().map_or(1.0, |_| self.arguments.speed);
         crate::say!(
-            "recording to {}; a line typed is a mark, /stop and /start end and begin a recording",
-            recording.trace().display()
+            "recording to {} ({}); a line typed is a mark, /stop and /start end and begin a recording",
+            recording.trace().display(),
+            disk::takes(&recording.folder(), speed)
         );
         self.recording = Some(recording);
         Ok(())
@@ -338,20 +341,7 @@ impl Following<'_> {
         let Some(recording) = self.recording.take() else { return Ok(()) };
         let (finished, records) = recording.finish()?;
         self.show_records(&records)?;
-        let missing = match finished.missing_samples {
-            0 => "none missing".to_owned(),
-            count => format!("{count} missing"),
-        };
-        let missing = match finished.lost_samples {
-            0 => missing,
-            lost => format!("{missing}, the last {lost} lost because they could not be written"),
-        };
-        crate::say!(
-            "{}: {} samples, {missing}, {} releases",
-            finished.trace.display(),
-            finished.samples,
-            finished.releases
-        );
+        crate::say!("{}", finished.to_text());
         Ok(())
     }
 }

@@ -14,7 +14,7 @@ let /** @type {{ x: number, text: string }[]} */ places = [], /** @type {LogLine
 let /** @type {WindowLine[]} */ windows = [], isOpen = false, due = false, last = 0, /** @type {Failed} */ fail = () => {};
 let /** @type {{ trace: LinePlot, wn: LinePlot, zeta: LinePlot } | null} */ plots = null;
 /** Until the server has said what is. @type {LiveState} */
-let state = { epoch: 0, is_followed: false, device: "", samples: 0, missing_samples: 0, recording: null, replay: null, fault: null };
+let state = { epoch: 0, is_followed: false, device: "", samples: 0, missing_samples: 0, recording: null, speed: null, measuring: null, disk: null, replay: null, fault: null };
 // What is taken belongs to one beginning; news that come while its history is asked for wait.
 let refused = "", /** @type {number | null} */ epoch = null, asking = false, /** @type {LiveNews[]} */ waiting = [];
 
@@ -147,7 +147,7 @@ function take(now) {
     if (line.event === "window") { windows.push(line); if (windows.length > RESULTS) windows.shift(); }
     if (line.event === "mark") places.push({ x: line.time_s, text: line.text.replace(/^mark at [^:]*: /, "") });
     if (["release", "refined"].includes(line.event)) { said = line; told(); }
-    const lost = ["gap", "events_lost", "restarted", "silent", "disconnected", "refused"].includes(line.event);
+    const lost = ["trace_ended", "gap", "events_lost", "restarted", "silent", "disconnected", "refused"].includes(line.event);
     by("live-log").prepend(make("li", { className: lost ? "lost" : "", textContent: line.text, "data-event": line.event }));
     if (line.event === "recorded") offer();
   }
@@ -169,18 +169,28 @@ function drawHead() {
   by("live-device").hidden = isSession;
   by("live-speed").hidden = isSession || !["emulated", "qemu"].includes(by("live-device").value);
   by("live-speed").disabled = isOn;
+  // What runs may have been begun elsewhere.
+  if (state.speed !== null) {
+    const speed = String(state.speed), speeds = by("live-speed");
+    if (![...speeds.options].some((o) => o.value === speed)) speeds.append(make("option", { value: speed, textContent: `${speed}×` }));
+    speeds.value = speed;
+  }
   by("live-session").hidden = !isSession;
   for (const id of /** @type {const} */ (["live-record", "live-mark", "live-note"])) { by(id).hidden = isSession; by(id).disabled = !state.is_followed; }
   by("live-record").textContent = state.recording ? "Stop recording" : "Record";
   by("live-record").classList.toggle("on", !!state.recording);
   const count = by("live-count");
   count.textContent = isOn || state.samples ? `${state.samples} samples, ${state.missing_samples} missing` : "";
+  by("live-disk").textContent = state.disk ? `recording: up to ${size(state.disk.bytes_an_hour)} an hour` + (state.disk.free_bytes === null ? "" : `, ${size(state.disk.free_bytes)} free`) : "";
   count.title = state.recording || "";
   Object.assign(count.dataset, { samples: state.samples, missing: state.missing_samples });
   replay.draw(state.replay);
   measure.draw(state);
   told();
 }
+
+/** @param {number} bytes */
+const size = (bytes) => bytes < 1e9 ? `${(bytes / 1e6).toFixed(0)} MB` : bytes < 1e12 ? `${(bytes / 1e9).toFixed(1)} GB` : `${(bytes / 1e12).toFixed(1)} TB`;
 
 /** Why there is no trace to be seen. */
 function why() {

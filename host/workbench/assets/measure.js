@@ -2,7 +2,7 @@
 import { by, make } from "./talk.js";
 
 /** @typedef {{ at: string, name: string, d: DeviceDerivatives }} MeasuredPoint */
-let /** @type {ConditionLine | null} */ next = null, /** @type {MeasuredPoint[]} */ points = [];
+let /** @type {ConditionLine | null} */ next = null, /** @type {MeasuredPoint[]} */ points = [], wanted = "", hasEnded = false;
 
 /** @param {ActLive} act @param {Failed} fail */
 export function build(act, fail) {
@@ -19,7 +19,20 @@ export function build(act, fail) {
 }
 
 export function forget() {
-  next = null; points = [];
+  next = null; points = []; wanted = "";
+}
+
+/** Fills the fields with what is measured, once: it may have been begun elsewhere. @param {Measuring | null} measuring */
+function fill(measuring) {
+  const now = measuring ? JSON.stringify(measuring.wanted) : "";
+  if (!measuring || now === wanted) return;
+  wanted = now;
+  const { campaign, condition, spring, axis, wind_speed_m_s } = measuring.wanted;
+  by("measure-what").value = campaign ? "campaign" : "condition";
+  by("measure-file").value = campaign ?? condition ?? "";
+  by("measure-spring").value = spring ?? "";
+  if (axis) by("measure-axis").value = axis;
+  by("measure-wind").value = wind_speed_m_s === null ? "" : String(wind_speed_m_s);
 }
 
 /** Takes a line of the log. @param {LogLine} line */
@@ -41,12 +54,13 @@ export function shown(value, u) {
 
 /** @param {LiveState} [state] */
 export function draw(state) {
-  if (state) by("live-measure").hidden = !state.is_followed;
+  if (state) { by("live-measure").hidden = !state.is_followed; fill(state.measuring); }
   const isOne = by("measure-what").value === "condition";
   for (const id of /** @type {const} */ (["measure-spring", "measure-axis", "measure-wind"])) by(id).hidden = !isOne;
   for (const id of /** @type {const} */ (["measure-back", "measure-skip"])) by(id).disabled = !next;
   by("measure-skip").hidden = isOne;
-  by("measure-next").textContent = next ? next.text.split("\n").pop() ?? "" : "";
+  if (state) hasEnded = !!state.measuring && state.measuring.has_ended;
+  by("measure-next").textContent = next ? next.text.split("\n").pop() ?? "" : hasEnded ? "all releases are made; the recording has ended" : "";
   by("measure-panel").hidden = !points.length;
   // Newest first, as in the log: it is what one looks for.
   by("measure-points").tBodies[0].replaceChildren(...points.toReversed().map((p) => make("tr", {},

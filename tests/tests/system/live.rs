@@ -216,3 +216,59 @@ fn what_a_condition_makes_the_device_forget_is_said() {
     assert!(text.ends_with(" of its network's error: another rig is mounted"), "{text}");
     assert_eq!(said(9), [], "there was nothing left to forget");
 }
+
+/// As when the disk has less left than a trace may leave: all but the trace is written.
+#[test]
+fn where_little_of_the_disk_is_left_the_trace_ends_and_nothing_else_is_lost() {
+    let sent = counts(60);
+    let bench = Bench::open(&Target::Emulated).expect("a device");
+    let mut session = Session::new(bench, Follow::Trace).expect("a device");
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut recording = Recording::begin(folder.path(), None).expect("room for it");
+    let (mut said, mut heard) = (Vec::new(), Heard::default());
+    let mut take = |session: &mut Session, recording: &mut Recording, patience| {
+        while let Some(item) = session.next(patience).expect("no fault") {
+            said.extend(recording.put(&item).expect("room for it"));
+            heard.take(item, &sent);
+        }
+        heard.samples
+    };
+    take(&mut session, &mut recording, Duration::from_millis(1));
+    // From a second on.
+    for (index, some) in sent.chunks(100).enumerate() {
+        if index == 10 {
+            recording.leave_free(u64::MAX);
+        }
+        session.bench().play(some).expect("it takes them");
+        take(&mut session, &mut recording, Duration::ZERO);
+    }
+    session.mark("the end");
+    until("the last samples", || {
+        take(&mut session, &mut recording, Duration::from_millis(10)) >= 60_000
+    });
+    let (finished, last) = recording.finish().expect("room for it");
+    said.extend(last);
+    let ended: Vec<&Item> =
+        said.iter().filter(|item| matches!(item, Item::TraceEnded { .. })).collect();
+    let [ended] = ended[..] else { panic!("{ended:?}") };
+    assert!(ended.to_text("").expect("words").contains("make room"), "{ended:?}");
+    assert_eq!(finished.samples, ended.at());
+    assert_eq!((finished.samples + finished.lost_samples, finished.missing_samples), (60_000, 0));
+    // No sample that came after.
+    assert!(finished.samples <= 1000, "{}", finished.samples);
+    assert!(finished.to_text().contains("could not be written"), "{}", finished.to_text());
+
+    // What is stored says the same, and has every result; the last release's record begins after the end.
+    let back = Stored::open(folder.path()).expect("the session");
+    assert!(back.items.contains(ended));
+    let releases = |items: &[Item]| {
+        items.iter().filter(|i| matches!(i, Item::Record { .. })).cloned().collect::<Vec<_>>()
+    };
+    assert_eq!(releases(&back.items), releases(&said));
+    let Some(Item::Record { file, missing_samples: 0, at, .. }) = releases(&said).pop() else {
+        panic!("{said:?}")
+    };
+    assert!(at > ended.at(), "{at}");
+    let record = yawrig_records::read(&folder.path().join(file)).expect("a record");
+    assert!(record.timing().is_regular() && record.len() > 5000, "{}", record.len());
+}

@@ -115,6 +115,69 @@ fn a_device_that_is_not_there_is_said_to_be() {
     assert!(refused["error"]["message"].as_str().expect("why").contains("no device"), "{refused}");
 }
 
+/// Samples of the one stored session in a folder, and whether it was ended.
+fn stored(folder: &Path) -> Vec<(PathBuf, usize)> {
+    let files = folder.read_dir().expect("a folder").flatten().map(|entry| entry.path());
+    // `2026-...Z.csv`, and of those that go on `.csv.partial`.
+    let is_trace = |path: &PathBuf| path.to_string_lossy().contains("Z.csv");
+    let lines = |path: &Path| std::fs::read_to_string(path).expect("a trace").lines().count();
+    files.filter(is_trace).map(|path| (path.clone(), lines(&path) - 1)).collect()
+}
+
+#[test]
+fn a_campaign_s_recording_ends_with_its_last_release() {
+    let bench = Bench::start(&["simulate --campaign plan --rate-hz 20"], "");
+    let whole = bench.text("plan/campaign.toml");
+    let blocks: Vec<&str> = whole.split("[[release]]").collect();
+    std::fs::write(bench.path("plan/campaign.toml"), blocks[..4].join("[[release]]"))
+        .expect("room");
+    let done = |what: Value| assert_eq!(bench.act(&what).0, 200, "{what}");
+    let live = |state: &Value| state["live"].clone();
+    assert!(live(&bench.get("/api/state"))["disk"].is_null());
+    done(json!({"do": "connect", "device": "emulated", "speed": 50}));
+    // Before it begins: what it takes, and what is run, for every page.
+    let before = live(&bench.wait("a device", |state| !live(state)["disk"].is_null()));
+    assert_eq!((&before["speed"], &before["measuring"]), (&json!(50.0), &Value::Null));
+    let hour = before["disk"]["bytes_an_hour"].as_f64().expect("bytes");
+    assert!(hour > 50.0 * 3.6e6 * 19.0, "{hour}");
+    assert!(before["disk"]["free_bytes"].as_u64() > Some(0), "{before}");
+
+    done(json!({"do": "measure", "wanted": {"campaign": "plan/campaign.toml"}}));
+    let begun = live(&bench.wait("it begins", |state| !live(state)["measuring"].is_null()));
+    assert_eq!(begun["measuring"]["wanted"]["campaign"], "plan/campaign.toml");
+    let ends = |state: &Value| live(state)["measuring"]["has_ended"] == true;
+    let over = |state: &Value| ends(state) && live(state)["recording"].is_null();
+    let state = live(&bench.wait("its end", over));
+    let folder = bench.path("recordings/plan-campaign");
+    let ended = stored(&folder);
+    assert_eq!(ended.len(), 1, "{ended:?}");
+    assert!(ended[0].0.extension().is_some_and(|end| end == "csv"), "{ended:?}");
+    // An hour's bytes hold for what was recorded, the records of its releases with it.
+    let bytes: u64 = (folder.read_dir().expect("a folder").flatten())
+        .filter(|entry| entry.path().extension().is_some_and(|end| end == "csv"))
+        .map(|entry| entry.metadata().expect("a file").len())
+        .sum();
+    let by_hour = hour / 50.0 / 3.6e6 * ended[0].1 as f64;
+    println!("{bytes} bytes of {} samples, {by_hour} by what is said", ended[0].1);
+    assert!((bytes as f64) < 1.05 * by_hour && bytes as f64 > 0.4 * by_hour);
+    // The device goes on, and nothing is written any more.
+    let from = state["samples"].as_u64().expect("a number");
+    bench.wait("a hundred seconds more", |s| live(s)["samples"].as_u64() > Some(from + 100_000));
+    assert_eq!(stored(&folder), ended);
+
+    // Its last release once more is recorded, and ends as well.
+    done(json!({"do": "back"}));
+    bench.wait("it is recorded", |state| !live(state)["recording"].is_null());
+    bench.wait("its end", over);
+    assert_eq!(stored(&folder).len(), 2);
+    // What is begun by hand after that goes on.
+    done(json!({"do": "record"}));
+    let begun = live(&bench.wait("it is recorded", |state| !live(state)["recording"].is_null()));
+    let from = begun["samples"].as_u64().expect("a number");
+    bench.wait("a while", |s| live(s)["samples"].as_u64() > Some(from + 10_000));
+    assert!(!live(&bench.get("/api/state"))["recording"].is_null());
+}
+
 #[test]
 #[ignore = "needs Chromium: tests/run runs it"]
 fn a_campaign_is_measured_through_the_page() {
@@ -153,6 +216,7 @@ fn a_campaign_is_measured_through_the_page() {
     assert_eq!(browser.value(panel), 0);
     its_record_begins_with_the_first_condition(&bench);
     the_derivatives_are_those_planted(&rows);
+    another_page_shows_the_same(&bench, &mut browser);
     // What cannot be is said, and nothing is begun. The rig rests: nothing else comes to the log.
     let next = browser.text("#measure-next");
     browser.fill("#measure-file", "nothing.toml");
@@ -177,6 +241,22 @@ fn a_campaign_is_measured_through_the_page() {
     browser.is_clean(&bench.origin);
     let table = "derivatives recordings/plan-campaign/campaign.toml";
     yawrig(table).in_folder(bench.folder.path()).run().exits(0);
+}
+
+/// That what runs was begun on another one.
+fn another_page_shows_the_same(bench: &Bench, browser: &mut Browser) {
+    browser.open(&bench.origin);
+    browser.wait("document.querySelectorAll('#measure-points tbody tr').length === 16");
+    let value = |id: &str| format!("document.querySelector('#{id}').value");
+    browser.wait(&format!("{} === '100'", value("live-speed")));
+    browser.wait(&format!("{} === 'plan/campaign.toml'", value("measure-file")));
+    assert_eq!(browser.value(&value("measure-what")), "campaign");
+    assert_eq!(browser.value(&value("live-device")), "emulated");
+    assert_eq!(browser.text("#live-connect"), "Disconnect");
+    assert_eq!(browser.text("#live-record"), "Record", "it ended with the last release");
+    assert!(browser.text("#measure-next").contains("all releases are made"));
+    assert!(browser.text("#live-disk").contains("GB an hour"), "{}", browser.text("#live-disk"));
+    nothing_is_cut_off(browser, "another page");
 }
 
 fn its_record_begins_with_the_first_condition(bench: &Bench) {

@@ -1,5 +1,6 @@
 //! What happens while a device is followed, as text and as JSON.
 
+use super::disk::size;
 use crate::amplitude_trend::{trends, Trend};
 use crate::follow::{event_from_json, event_json, event_text, forgotten_name, forgotten_of};
 use crate::numbers::{names_from_json, Named};
@@ -43,6 +44,8 @@ pub enum Item {
     Derivatives { at: u64, table: Value, text: String },
     /// A user's note.
     Mark { at: u64, text: String },
+    /// Little of the disk is left: the trace of the recording ends, all else of it goes on.
+    TraceEnded { at: u64, free_bytes: u64 },
     /// A release was cut into a record of its own.
     Record { at: u64, release: u32, file: String, missing_samples: u64 },
 }
@@ -116,6 +119,7 @@ impl Item {
             | Self::Condition { at, .. }
             | Self::Derivatives { at, .. }
             | Self::Mark { at, .. }
+            | Self::TraceEnded { at, .. }
             | Self::Record { at, .. } => at,
         }
     }
@@ -150,6 +154,9 @@ impl Item {
                 ("derivatives", json!({"table": table, "text": text}))
             }
             Self::Mark { text, .. } => ("mark", json!({"text": text})),
+            Self::TraceEnded { free_bytes, .. } => {
+                ("trace_ended", json!({"free_bytes": free_bytes}))
+            }
             Self::Record { release, file, missing_samples, .. } => (
                 "record",
                 json!({"release": release, "file": file, "missing_samples": missing_samples}),
@@ -193,6 +200,7 @@ impl Item {
                 Self::Derivatives { at, table: object["table"].clone(), text: text("text")? }
             }
             "mark" => Self::Mark { at, text: text("text")? },
+            "trace_ended" => Self::TraceEnded { at, free_bytes: number("free_bytes")? },
             "record" => Self::Record {
                 at,
                 release: number("release")?.try_into().ok()?,
@@ -263,6 +271,11 @@ impl Item {
             Self::Condition { next, .. } => next.to_string(),
             Self::Derivatives { text, .. } => text.clone(),
             Self::Mark { text, .. } => format!("mark at {time_s:.3} s: {text}"),
+            Self::TraceEnded { free_bytes, .. } => format!(
+                "only {} are free on the disk: the trace ends at {time_s:.3} s, results and records of releases go \
+                 on; make room, then end this recording and begin another",
+                size(*free_bytes as f64)
+            ),
             Self::Record { release, file, missing_samples: 0, .. } => {
                 format!("release {release} is kept in {file}")
             }

@@ -6,7 +6,9 @@
 
 pub mod built_in_rig;
 mod clock;
+pub mod disk;
 pub mod item;
+mod names;
 pub mod recording;
 pub mod session;
 pub mod sessions;

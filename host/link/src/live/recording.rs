@@ -4,7 +4,9 @@
 //! each. The trace is `NAME.csv.partial` until the recording is ended: what a power cut leaves can be
 //! read.
 
+use super::disk::{free_bytes, RESERVE_BYTES};
 use super::item::{time_s, Item};
+use super::names::{create, partial, stem, with};
 use serde_json::{json, Value};
 use std::collections::VecDeque;
 use std::fmt::Write as _;
@@ -22,6 +24,8 @@ const BEFORE: u64 = 1000;
 const HEADER: &[u8] = b"time_s,yaw_deg\n";
 /// Samples that are kept for the release that is going on: ten minutes.
 const KEPT: usize = 600_000;
+/// Bytes of the trace from one look at what is free on the disk to the next.
+const LOOK: u64 = RESERVE_BYTES / 128;
 
 /// A session that is being written.
 #[derive(Debug)]
@@ -47,8 +51,13 @@ pub struct Recording {
     missing: u64,
     /// Bytes of the trace's whole lines.
     whole: u64,
-    /// Samples that came and could not be written.
+    /// Samples that came and were not written.
     lost: u64,
+    /// Bytes that are left free on the disk, and those of the trace when that was last looked at.
+    reserve: u64,
+    looked_at: Option<u64>,
+    /// There were fewer: no more of the trace is written.
+    trace_ended: bool,
 }
 
 /// Where a release was let go and where it ended.
@@ -66,51 +75,25 @@ pub struct Finished {
     pub log: PathBuf,
     pub samples: u64,
     pub missing_samples: u64,
-    /// Samples that came and could not be written.
+    /// Samples that came and were not written, the last ones.
     pub lost_samples: u64,
     pub releases: u32,
 }
 
-fn with(stem: &Path, end: &str) -> PathBuf {
-    let mut name = stem.as_os_str().to_owned();
-    name.push(end);
-    name.into()
-}
-
-fn partial(stem: &Path) -> PathBuf {
-    with(stem, ".csv.partial")
-}
-
-fn taken(stem: &Path) -> Option<PathBuf> {
-    let files = [with(stem, ".csv"), partial(stem), with(stem, ".jsonl")];
-    files.into_iter().find(|file| file.exists())
-}
-
-/// The name of a recording at `place`: a CSV file that is not there, or a folder for any number of them.
-fn stem(place: &Path) -> Result<PathBuf> {
-    if place.extension().is_some_and(|e| e == "csv") {
-        let stem = place.with_extension("");
-        return match taken(&stem) {
-            None => Ok(stem),
-            Some(file) => Err(Error::data(format!("{} is there already", file.display()))
-                .help("give the recording another name: none is ever written over")),
+impl Finished {
+    /// In a line.
+    pub fn to_text(&self) -> String {
+        let missing = match self.missing_samples {
+            0 => "none missing".to_owned(),
+            count => format!("{count} missing"),
         };
+        let missing = match self.lost_samples {
+            0 => missing,
+            lost => format!("{missing}, the last {lost} lost because they could not be written"),
+        };
+        let Self { samples, releases, .. } = self;
+        format!("{}: {samples} samples, {missing}, {releases} releases", self.trace.display())
     }
-    files::make_folder(place)?;
-    let now = humantime::format_rfc3339_seconds(SystemTime::now()).to_string().replace(':', "-");
-    let numbered = |n: u32| match n {
-        1 => place.join(&now),
-        n => place.join(format!("{now}-{n}")),
-    };
-    (1..1000)
-        .map(numbered)
-        .find(|stem| taken(stem).is_none())
-        .ok_or_else(|| files::cannot_write(place, &"too many recordings begin in this second"))
-}
-
-fn create(file: &Path) -> Result<File> {
-    let new = File::options().append(true).create_new(true).open(file);
-    new.map_err(|e| files::cannot_write(file, &e))
 }
 
 impl Recording {
@@ -148,6 +131,9 @@ impl Recording {
             missing: 0,
             whole: HEADER.len() as u64,
             lost: 0,
+            reserve: RESERVE_BYTES,
+            looked_at: None,
+            trace_ended: false,
         };
         recording.write_log(&json!({
             "schema_version": 1,
@@ -175,6 +161,11 @@ impl Recording {
         self.names.push((release, stem.to_owned()));
     }
 
+    /// Leaves so many bytes free on the disk, in place of what an hour takes.
+    pub fn leave_free(&mut self, bytes: u64) {
+        (self.reserve, self.looked_at) = (bytes, None);
+    }
+
     /// Samples written so far.
     pub fn samples(&self) -> u64 {
         self.samples
@@ -193,8 +184,15 @@ impl Recording {
         if let Some(Item::Device { port, device, .. }) = self.device.take() {
             self.write_log(&Item::Device { at: item.at(), port, device }.to_json())?;
         }
+        let mut said = Vec::new();
         match item {
-            Item::Samples { first, yaw_deg } => self.put_samples(*first, yaw_deg)?,
+            Item::Samples { first, yaw_deg } => {
+                if let Some(ended) = self.look_at_the_disk(*first) {
+                    self.write_log(&ended.to_json())?;
+                    said.push(ended);
+                }
+                self.put_samples(*first, yaw_deg)?;
+            }
             _ => self.write_log(&item.to_json())?,
         }
         match item {
@@ -207,11 +205,23 @@ impl Recording {
                 let from = at.saturating_sub(u64::from(lasted));
                 self.ended.push(Ended { release: result.release, from, to: *at });
             }
-            // No more of them will come.
-            Item::Disconnected { .. } | Item::Restarted { .. } => return self.cut(true),
             _ => {}
         }
-        self.cut(false)
+        // No more of them will come.
+        let last = matches!(item, Item::Disconnected { .. } | Item::Restarted { .. });
+        said.extend(self.cut(last)?);
+        Ok(said)
+    }
+
+    /// Ends the trace where little of the disk is left.
+    fn look_at_the_disk(&mut self, at: u64) -> Option<Item> {
+        if self.trace_ended || self.looked_at.is_some_and(|before| self.whole < before + LOOK) {
+            return None;
+        }
+        self.looked_at = Some(self.whole);
+        let free_bytes = free_bytes(&self.folder()).filter(|free| *free < self.reserve)?;
+        self.trace_ended = true;
+        Some(Item::TraceEnded { at, free_bytes })
     }
 
     fn put_samples(&mut self, first: u64, yaw_deg: &[f64]) -> Result<()> {
@@ -227,6 +237,10 @@ impl Recording {
         self.first.get_or_insert(first);
         self.next = first + yaw_deg.len() as u64;
         // Whole lines at a time, so that the file can be read at any moment.
+        if self.trace_ended {
+            self.lost += yaw_deg.len() as u64;
+            return Ok(());
+        }
         let failed = self.trace.write_all(text.as_bytes()).err();
         let written = match failed {
             None => text.as_str(),
@@ -328,8 +342,9 @@ impl Recording {
     /// # Errors
     /// Exit 3; the trace stays where it is.
     pub fn finish(mut self) -> Result<(Finished, Vec<Item>)> {
+        let is_full = self.lost > 0 && !self.trace_ended;
         let records = match self.cut(true) {
-            Err(_) if self.lost > 0 => Vec::new(),
+            Err(_) if is_full => Vec::new(),
             records => records?,
         };
         self.write_log(&json!({
@@ -340,7 +355,7 @@ impl Recording {
             "missing_samples": self.missing,
             "lost_samples": self.lost,
         }))
-        .or_else(|full| if self.lost > 0 { Ok(()) } else { Err(full) })?;
+        .or_else(|full| if is_full { Ok(()) } else { Err(full) })?;
         let (from, to) = (self.trace(), with(&self.stem, ".csv"));
         let fail = |e: std::io::Error| files::cannot_write(&to, &e);
         self.trace.sync_all().and_then(|()| self.log.sync_all()).map_err(fail)?;

@@ -3,7 +3,7 @@
 use super::shown::{Order, Shown};
 use super::teller::Teller;
 use serde_json::json;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::Receiver;
 use std::sync::Arc;
 use std::time::Duration;
@@ -12,6 +12,7 @@ use yawrig_base::interrupt;
 use yawrig_campaign::plan::Wanted;
 use yawrig_link::bench::{Bench, Target};
 use yawrig_link::live::built_in_rig::BuiltInRig;
+use yawrig_link::live::disk;
 use yawrig_link::live::item::Item;
 use yawrig_link::live::recording::Recording;
 use yawrig_link::live::session::{Follow, Session};
@@ -27,7 +28,10 @@ struct Following<'a> {
     session: Session,
     recording: Option<Recording>,
     measuring: Option<Measuring>,
-    is_built_in: bool,
+    /// Where that is recorded, and whether its recording ended with the last release of its campaign.
+    folder: PathBuf,
+    ended: bool,
+    speed: Option<f64>,
     device: Option<Item>,
     teller: Teller,
 }
@@ -44,20 +48,25 @@ pub fn follow(
     keep: &dyn Fn(&Path),
 ) -> Result<()> {
     let bench = Bench::open(target)?;
-    let mut built_in = match target {
+    let speed = match target {
         Target::Port(_) => None,
-        _ => Some(BuiltInRig::new(speed.clamp(0.01, 1000.0))),
+        _ => Some(speed.clamp(0.01, 1000.0)),
     };
+    let mut built_in = speed.map(BuiltInRig::new);
+    shown.seen(|seen| seen.speed = speed);
     let mut following = Following {
         shown,
         keep,
         session: Session::new(bench, Follow::Trace)?,
         recording: None,
         measuring: None,
-        is_built_in: built_in.is_some(),
+        folder: PathBuf::new(),
+        ended: false,
+        speed,
         device: None,
         teller: Teller::new(shown),
     };
+    following.look_at_the_disk();
     let done = following.run(&mut built_in, orders);
     // However it ended: what was recorded is kept.
     let kept = following.stop();
@@ -80,6 +89,7 @@ impl Following<'_> {
                 patience = Duration::ZERO;
                 self.take(item)?;
             }
+            self.end_with_the_last_release()?;
             while let Ok(order) = orders.try_recv() {
                 match order {
                     Order::Record => self.start(Path::new(FOLDER))?,
@@ -87,16 +97,48 @@ impl Following<'_> {
                     Order::Mark(text) => self.session.mark(&text),
                     Order::Measure(wanted) => self.measure(&wanted, built_in)?,
                     Order::Skip => self.measuring.iter_mut().for_each(Measuring::skip),
-                    Order::Back => self.measuring.iter_mut().try_for_each(Measuring::go_back)?,
+                    Order::Back => self.go_back()?,
                     Order::Leave => return Ok(()),
                     // Of a stored session.
                     Order::Play | Order::Pause | Order::Speed(_) | Order::Jump(_) => {}
                 }
             }
             if self.teller.is_due() {
+                self.look_at_the_disk();
                 self.teller.tell();
             }
         }
+    }
+
+    /// What the pages say of it before a recording begins.
+    fn look_at_the_disk(&self) {
+        let an_hour = disk::bytes_an_hour(self.speed.unwrap_or(1.0));
+        let free = disk::free_bytes(Path::new(FOLDER));
+        self.shown.seen(|seen| seen.disk = Some((an_hour, free)));
+    }
+
+    /// A campaign's recording ends once its last release is written; another one may be begun.
+    fn end_with_the_last_release(&mut self) -> Result<()> {
+        let has_ended = self.measuring.as_ref().is_some_and(Measuring::has_ended);
+        if self.ended || !has_ended || self.recording.as_ref().is_some_and(Recording::waits) {
+            return Ok(());
+        }
+        self.ended = true;
+        self.shown.seen(|seen| seen.measuring.iter_mut().for_each(|(_, ended)| *ended = true));
+        self.stop()
+    }
+
+    /// The last release is made again, and recorded, where the campaign had ended with it.
+    fn go_back(&mut self) -> Result<()> {
+        let Some(measuring) = &mut self.measuring else { return Ok(()) };
+        measuring.go_back()?;
+        if self.ended && !measuring.has_ended() {
+            self.ended = false;
+            self.shown.seen(|seen| seen.measuring.iter_mut().for_each(|(_, ended)| *ended = false));
+            let folder = self.folder.clone();
+            self.start(&folder)?;
+        }
+        Ok(())
     }
 
     fn take(&mut self, item: Item) -> Result<()> {
@@ -131,7 +173,7 @@ impl Following<'_> {
     /// in a folder of its own, where its campaign.toml comes, too.
     fn measure(&mut self, wanted: &Wanted, built_in: &mut Option<BuiltInRig>) -> Result<()> {
         let folder = Path::new(FOLDER).join(wanted.name());
-        let begun = wanted.plan(self.is_built_in).and_then(|plan| match plan {
+        let begun = wanted.plan(self.speed.is_some()).and_then(|plan| match plan {
             Some(plan) => Measuring::new(plan, Some(&folder)),
             None => Err(Error::usage("nothing says what is to be measured")
                 .help("give a campaign's file, or a spring, an axis and a wind speed")),
@@ -140,6 +182,8 @@ impl Following<'_> {
             Ok(measuring) => {
                 self.stop()?;
                 self.measuring = Some(measuring);
+                (self.folder, self.ended) = (folder.clone(), false);
+                self.shown.seen(|seen| seen.measuring = Some((json!(wanted), false)));
                 built_in.iter_mut().for_each(BuiltInRig::wait);
                 self.start(&folder)
             }
@@ -166,20 +210,12 @@ impl Following<'_> {
         let (finished, records) = recording.finish()?;
         records.iter().try_for_each(|record| self.keep(record))?;
         self.shown.seen(|seen| seen.recording = None);
-        let missing = match finished.missing_samples {
-            0 => "none missing".to_owned(),
-            count => format!("{count} missing"),
-        };
-        let text = format!(
-            "{}: {} samples, {missing}, {} releases",
-            finished.trace.display(),
-            finished.samples,
-            finished.releases
-        );
+        let text = finished.to_text();
         let line = json!({
             "event": "recorded",
             "file": finished.trace.display().to_string(),
             "samples": finished.samples, "missing_samples": finished.missing_samples,
+            "lost_samples": finished.lost_samples,
         });
         self.teller.log(line, &text);
         Ok(())

@@ -22,6 +22,12 @@ pub struct Seen {
     /// Why nothing is shown any more.
     pub fault: Option<Error>,
     pub recording: Option<PathBuf>,
+    /// How many times as fast as a real rig the built-in one swings; none before a board.
+    pub speed: Option<f64>,
+    /// The campaign or the condition that is being measured, as it was asked for, and whether all is made.
+    pub measuring: Option<(Value, bool)>,
+    /// Most bytes that an hour of recording takes, and those that are free there.
+    pub disk: Option<(f64, Option<u64>)>,
     /// Where a stored session is shown instead of a device.
     pub replay: Option<Replay>,
     /// Changes with each beginning and each jump: a page that knows an earlier number asks for everything.
@@ -96,7 +102,9 @@ impl Seen {
         line["number"] = json!(self.count);
         self.lines.push_back(line.clone());
         if self.lines.len() > MOST_LINES {
-            self.lines.pop_front();
+            // A page that is opened later is to be told of every release and condition: windows go first.
+            let oldest = self.lines.iter().position(|line| line["event"] == "window").unwrap_or(0);
+            self.lines.remove(oldest);
         }
         line
     }
@@ -134,6 +142,13 @@ impl Seen {
             "samples": self.samples,
             "missing_samples": self.missing,
             "recording": self.recording.as_ref().map(|p| p.display().to_string()),
+            "speed": self.speed.filter(|_| is_on),
+            "measuring": self.measuring.as_ref().filter(|_| is_on).map(|(wanted, has_ended)| {
+                json!({"wanted": wanted, "has_ended": has_ended})
+            }),
+            "disk": self.disk.filter(|_| is_on).map(|(bytes_an_hour, free_bytes)| {
+                json!({"bytes_an_hour": bytes_an_hour, "free_bytes": free_bytes})
+            }),
             "replay": replay.filter(|_| is_on),
             "fault": self.fault.as_ref().map(|e| json!({"message": e.message, "help": e.help})),
         })
@@ -176,6 +191,19 @@ mod tests {
         // After a gap a new stretch begins where the samples do.
         assert_eq!(seen.add(9, 1.0).map(|s| s.number), Some(3));
         assert_eq!(seen.add(10, 1.0).map(|s| s.number), Some(9));
+    }
+
+    #[test]
+    fn of_many_lines_the_windows_are_forgotten_first() {
+        let mut seen = Seen::default();
+        for release in 0..40 {
+            seen.log(json!({"event": "condition", "release": release}), "next");
+            (0..20).for_each(|_| drop(seen.log(json!({"event": "window"}), "a window")));
+        }
+        let of = |event: &str| seen.lines.iter().filter(|line| line["event"] == event).count();
+        assert_eq!((of("condition"), of("window")), (40, MOST_LINES - 40));
+        let numbers: Vec<u64> = seen.lines.iter().filter_map(|l| l["number"].as_u64()).collect();
+        assert!(numbers.is_sorted() && numbers.last() == Some(&840), "{numbers:?}");
     }
 
     #[test]
