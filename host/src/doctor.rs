@@ -10,17 +10,14 @@ mod port_file {
     pub fn closed(_: &Path) -> Option<(String, String)> {
         None
     }
-
-    pub fn holders(_: &Path) -> Vec<(u32, String)> {
-        Vec::new()
-    }
 }
 
-use port_file::{closed, holders};
+use port_file::closed;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Exit};
 use yawrig_link::bench::{Bench, Target};
+use yawrig_link::holders::holders;
 use yawrig_link::image;
 use yawrig_link::port;
 
@@ -68,12 +65,17 @@ pub fn device(path: &str) -> Vec<Check> {
     if let Some((found, command)) = closed(Path::new(path)).filter(|_| !port::is_socket(path)) {
         return vec![Check::wrong(path, found, command)];
     }
+    let others = holders(Path::new(path));
     let found = Bench::open(&Target::Port(path.to_owned()))
         .and_then(|mut bench| bench.client.status().map(|_| bench.client.identity.clone()));
     let error = match found {
         Ok(identity) => {
             let ours = concat!("yawrig ", env!("CARGO_PKG_VERSION"));
             let found = format!("{} on {} answers", identity.firmware, identity.board);
+            if let Some(other) = others.first() {
+                let found = format!("{found}, but {}; {}", other.beside(), other.help());
+                return vec![Check::wrong(path, found, other.end())];
+            }
             if identity.firmware == ours {
                 return vec![Check::well(path, found)];
             }
@@ -89,13 +91,13 @@ pub fn device(path: &str) -> Vec<Check> {
         }
         Err(error) => error,
     };
-    let holders = holders(Path::new(path));
-    let check = match &holders[..] {
-        [(process, name), ..] if error.message.contains("another program") => Check::wrong(
-            path,
-            format!("{name} (process {process}) has it open"),
-            format!("kill {process}"),
-        ),
+    let check = match &others[..] {
+        [other, ..] if error.message.contains("another program") => {
+            Check::wrong(path, format!("{other} has it open; {}", other.help()), other.end())
+        }
+        [other, ..] => {
+            Check::wrong(path, format!("{}; {}", error.message, error.help), other.end())
+        }
         [] if cfg!(unix) && !port::is_socket(path) && error.message.contains("another program") => {
             Check::wrong(
                 path,
@@ -124,10 +126,10 @@ pub fn machine() -> Vec<Check> {
                 return Check::wrong(&port.path, found, command);
             }
             match holders(path).first() {
-                Some((process, name)) => Check::wrong(
+                Some(other) => Check::wrong(
                     &port.path,
-                    format!("{name} (process {process}) has it open"),
-                    format!("kill {process}"),
+                    format!("{other} has it open; {}", other.help()),
+                    other.end(),
                 ),
                 None if cfg!(unix) => {
                     Check::well(&port.path, format!("{}, free", port.description))

@@ -53,6 +53,8 @@ pub struct Bench {
     pub client: Client,
     /// What the device on a USB port says of itself.
     usb: Option<UsbId>,
+    /// Another device was there that says the same of itself.
+    has_twin: bool,
     list: ListPorts,
     potentiometer: Option<Box<dyn Potentiometer>>,
     // Dropped last: the client's port is one end of it.
@@ -84,7 +86,14 @@ impl Bench {
         };
         let client = Client::open(hub.own_path())?;
         let list = Box::new(port::list);
-        Ok(Self { client, usb: None, list, potentiometer: Some(potentiometer), hub: Some(hub) })
+        Ok(Self {
+            client,
+            usb: None,
+            has_twin: false,
+            list,
+            potentiometer: Some(potentiometer),
+            hub: Some(hub),
+        })
     }
 
     /// Opens the device on a port; `list` is asked for the ports there are, then and when it was unplugged.
@@ -94,8 +103,10 @@ impl Bench {
     pub fn on_port(path: &str, list: ListPorts) -> Result<Self> {
         let client = Client::open(path)?;
         // Where the system does not list its ports, it is treated as one without USB.
-        let usb = list().ok().and_then(|ports| port::usb_at(path, &ports));
-        Ok(Self { client, usb, list, potentiometer: None, hub: None })
+        let ports = list().unwrap_or_default();
+        let usb = port::usb_at(path, &ports);
+        let has_twin = usb.as_ref().is_some_and(|usb| port::has_twin(usb, &ports));
+        Ok(Self { client, usb, has_twin, list, potentiometer: None, hub: None })
     }
 
     /// Opens the port again after the device was unplugged, on USB wherever it is plugged in now; its
@@ -108,7 +119,9 @@ impl Bench {
         // The ports are listed only for a device on USB: others have nothing that identifies them.
         let ports = if self.usb.is_some() { (self.list)()? } else { Vec::new() };
         let at_path = port::usb_at(&old, &ports);
-        let path = port::returned(&old, self.usb.as_ref(), at_path.as_ref(), &ports)
+        let usb = self.usb.as_ref();
+        self.has_twin |= usb.is_some_and(|usb| port::has_twin(usb, &ports));
+        let path = port::returned(&old, usb, self.has_twin, at_path.as_ref(), &ports)
             .ok_or_else(|| Error::device(format!("the device that was on {old} is not there")))?;
         self.client = Client::open(path)?;
         Ok((self.client.path() != old).then_some(old))

@@ -8,11 +8,13 @@ mod following;
 mod reading;
 
 use crate::events::Events;
+use crate::holders::holders;
 use crate::port;
 use reading::{passing, read, Incoming};
 use std::cmp::Ordering;
 use std::collections::VecDeque;
 use std::io::{ErrorKind, Write};
+use std::path::Path;
 use std::sync::atomic::{self, AtomicBool};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::sync::Arc;
@@ -264,8 +266,15 @@ impl Client {
         let path = &self.path;
         match error {
             LinkError::Silent { .. } => {
-                Error::new(Exit::Timeout, format!("the device on {path} does not answer ({what})"))
-                    .help("check that it has power and that this is its port (`yawrig ports`)")
+                let silent = format!("the device on {path} does not answer ({what})");
+                let error = |message| Error::new(Exit::Timeout, message);
+                match holders(Path::new(path)).first() {
+                    Some(other) => {
+                        error(format!("{silent}; {}", other.beside())).help(other.help())
+                    }
+                    None => error(silent)
+                        .help("check that it has power and that this is its port (`yawrig ports`)"),
+                }
             }
             LinkError::Gone(why) => Error::device(format!("the device on {path} is gone: {why}"))
                 .help("plug it in again and repeat the command"),
@@ -292,7 +301,8 @@ impl Client {
         frame: &Encoded,
         patience: Duration,
     ) -> std::result::Result<Vec<u8>, LinkError> {
-        for _ in 0..if port::is_of_a_program(&self.path) { TRIES_OF_A_PROGRAM } else { TRIES } {
+        for tried in 0..if port::is_of_a_program(&self.path) { TRIES_OF_A_PROGRAM } else { TRIES } {
+            let before = self.bytes();
             self.send(frame)?;
             let deadline = Instant::now() + patience;
             while let Some(left) = deadline.checked_duration_since(Instant::now()) {
@@ -304,6 +314,10 @@ impl Client {
                 {
                     return Ok(body);
                 }
+            }
+            // Who says something else all the while does not wait for its turn.
+            if tried + 1 >= TRIES && self.frames == 0 && self.bytes() > before {
+                break;
             }
         }
         Err(LinkError::Silent { bytes: self.bytes(), frames: self.frames })

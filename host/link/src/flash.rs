@@ -9,7 +9,8 @@ use yawrig_base::interrupt;
 use yawrig_base::settings;
 use yawrig_shared::blob::{self, BlobError, Envelope, Payload};
 use yawrig_shared::network::NetworkError;
-use yawrig_shared::wire::{Refusal, Request, SlotState, CHUNK, NOBODYS_KEY};
+use yawrig_shared::window::SAMPLE_RATE_HZ;
+use yawrig_shared::wire::{Refusal, Request, SlotState, CHUNK, NOBODYS_KEY, TRIAL_SAMPLES};
 
 /// Told how far a transfer is.
 pub trait Progress {
@@ -54,7 +55,8 @@ fn train() -> String {
 /// Writes a blob, has it verified and run; the generation it was given.
 ///
 /// # Errors
-/// Exit 5. Whatever happens, the device runs its old network until the new one is whole.
+/// Exit 5. Whatever happens, the device runs its old network until the new one is whole; the error says which of
+/// the two it runs where that is known, and else both.
 pub fn write(client: &mut Client, blob: &[u8], progress: &mut dyn Progress) -> Result<u32> {
     write_signed(client, blob, None, progress)
 }
@@ -90,7 +92,8 @@ pub fn write_signed(
         step(client, &Request::FlashPermit { length, signature: permit })?;
         signature = Some(network);
     }
-    between_releases(client, &Request::FlashBegin { length }, progress)?;
+    between_releases(client, &Request::FlashBegin { length }, progress)
+        .map_err(|error| why(client, error))?;
     for (index, chunk) in blob.chunks(CHUNK).enumerate() {
         let bytes = heapless::Vec::from_slice(chunk)
             .map_err(|_| Error::internal("a chunk is longer than the wire's"))?;
@@ -100,17 +103,10 @@ pub fn write_signed(
     if let Some(signature) = signature {
         step(client, &Request::FlashSignature { signature })?;
     }
-    between_releases(client, &Request::FlashTrial, progress)?;
-    runs(client, generation, id, true)?;
-    if let Err(error) = client.request(&Request::FlashCommit) {
-        return Err(match error {
-            LinkError::Refused(_) => why(client, error),
-            // The device may have heard, and its answer been lost.
-            _ => why(client, error).help(UNKNOWN),
-        });
-    }
-    // It has said yes; where it cannot be asked again, that is not known here.
-    runs(client, generation, id, false).map_err(|error| error.help(UNKNOWN))?;
+    let tried = between_releases(client, &Request::FlashTrial, progress);
+    runs(client, tried, (generation, id), true)?;
+    let committed = client.request(&Request::FlashCommit).map(drop);
+    runs(client, committed, (generation, id), false)?;
     Ok(generation)
 }
 
@@ -131,17 +127,52 @@ fn may_write(client: &Client, lock: &[u8; 32], key: Option<&KeyPair>) -> Result<
         .help(format!("sign with {sign}, the file of that private key")))
 }
 
-/// What helps where the last answer of an update is missing.
-const UNKNOWN: &str =
-    "whether it took the new network is not known: `yawrig device` shows which of the two it runs";
-
-/// That the device runs this network, on trial or for good.
-fn runs(client: &mut Client, generation: u32, id: u32, on_trial: bool) -> Result<()> {
-    let network = client.status().map_err(|e| failed(client, &e.message))?.network;
-    if (network.generation, network.id, network.on_trial) == (generation, id, on_trial) {
+/// That the device runs this network (its generation, its number), on trial or for good. From here on it may
+/// have heard what it gave no answer to: it is asked what it runs.
+fn runs(
+    client: &mut Client,
+    answered: std::result::Result<(), LinkError>,
+    new: (u32, u32),
+    on_trial: bool,
+) -> Result<()> {
+    if let Err(error @ (LinkError::Refused(_) | LinkError::Interrupted)) = answered {
+        return Err(why(client, error));
+    }
+    let trial_s = TRIAL_SAMPLES as f32 / SAMPLE_RATE_HZ;
+    let network = match client.status() {
+        Ok(status) => status.network,
+        Err(asked) => {
+            let error = match answered {
+                Err(error) => why(client, error),
+                Ok(()) => failed(client, &asked.message),
+            };
+            return Err(error.help(if on_trial {
+                format!(
+                    "it runs its old network, or the new one on trial and in {trial_s} s the old one again: check the \
+                     cable and run `yawrig flash` again"
+                )
+            } else {
+                format!(
+                    "it runs the new network, or in {trial_s} s the old one again: `yawrig device` shows which"
+                )
+            }));
+        }
+    };
+    let is_new = (network.generation, network.id) == new;
+    if is_new && network.on_trial == on_trial {
         return Ok(());
     }
-    Err(failed(client, &format!("it runs network {:08x}, not {id:08x}", network.id)))
+    let error = match answered {
+        Err(error) => why(client, error),
+        Ok(()) => failed(client, &format!("it runs network {:08x}, not {:08x}", network.id, new.1)),
+    };
+    Err(match (is_new, network.on_trial) {
+        (true, true) => error.help(format!(
+            "it runs the new network on trial, and in {trial_s} s the old one again; then run `yawrig flash` again"
+        )),
+        (true, false) => error.help("it runs the new network"),
+        (false, _) => error,
+    })
 }
 
 /// How long a release may be waited for.
@@ -153,7 +184,7 @@ fn between_releases(
     client: &mut Client,
     request: &Request,
     progress: &mut dyn Progress,
-) -> Result<()> {
+) -> std::result::Result<(), LinkError> {
     let begun = Instant::now();
     let mut said = false;
     loop {
@@ -162,10 +193,10 @@ fn between_releases(
                 if !std::mem::replace(&mut said, true) {
                     progress.waiting();
                 }
-                interrupt::check()?;
+                interrupt::check().map_err(|_| LinkError::Interrupted)?;
                 std::thread::sleep(ASK_AGAIN);
             }
-            answer => return answer.map(|_| ()).map_err(|error| why(client, error)),
+            answer => return answer.map(drop),
         }
     }
 }

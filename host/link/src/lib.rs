@@ -10,6 +10,7 @@ pub mod emulated;
 pub mod events;
 pub mod flash;
 pub mod follow;
+pub mod holders;
 pub mod hub;
 pub mod image;
 pub mod key;

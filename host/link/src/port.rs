@@ -1,5 +1,6 @@
 //! Opening a serial port, and saying what is wrong with one that does not open.
 
+use crate::holders::holders;
 use crate::socket;
 use serialport::{ClearBuffer, ErrorKind, SerialPort, SerialPortType, UsbPortInfo};
 use std::io::{self, Read, Write};
@@ -57,7 +58,8 @@ mod system {
         serialport::new(path, super::BAUD)
     }
 
-    pub const WHO_HAS_IT: &str = "close that program (`fuser -v` with the port's path names it)";
+    pub const WHO_HAS_IT: &str =
+        "close that program, which is another user's: `sudo fuser -v` with the port's path names it";
 
     pub fn is_no_terminal(error: &serialport::Error) -> bool {
         error.description == nix::errno::Errno::ENOTTY.desc()
@@ -98,13 +100,22 @@ mod system {
 
 fn explain(path: &str, error: &serialport::Error) -> Error {
     const NAMES: &str = "list the ports there are with `yawrig ports`";
+    let cannot = |why: &str| Error::new(Exit::Device, format!("cannot open port {path}: {why}"));
     let (why, help) = match error.kind() {
         _ if is_absent(path, error) => ("there is no such port".to_owned(), NAMES),
         ErrorKind::Io(io::ErrorKind::PermissionDenied) => (
             "you may not open it".to_owned(),
             "join the group that owns it (mostly `sudo usermod -aG dialout $USER`) and log in again",
         ),
-        ErrorKind::NoDevice => ("another program has it open".to_owned(), system::WHO_HAS_IT),
+        ErrorKind::NoDevice => {
+            const BUSY: &str = "another program has it open";
+            match holders(Path::new(path)).first() {
+                Some(holder) => {
+                    return cannot(&format!("{BUSY}: {holder}")).help(holder.help());
+                }
+                None => (BUSY.to_owned(), system::WHO_HAS_IT),
+            }
+        }
         _ if system::is_no_terminal(error) || Path::new(path).is_dir() => {
             ("it is not a serial port".to_owned(), NAMES)
         }
@@ -115,7 +126,7 @@ fn explain(path: &str, error: &serialport::Error) -> Error {
         false => None,
     };
     let help = near.map_or(help.to_owned(), |near| format!("did you mean {near}?"));
-    Error::new(Exit::Device, format!("cannot open port {path}: {why}")).help(help)
+    cannot(&why).help(help)
 }
 
 /// Windows says the same of a port that is absent and of one that another program has.
@@ -201,12 +212,19 @@ pub fn usb_at(path: &str, ports: &[PortInfo]) -> Option<UsbId> {
     ports.iter().find(|port| real(&port.path) == wanted)?.usb.clone()
 }
 
+/// Whether several of these ports say the same of themselves as this one.
+pub fn has_twin(usb: &UsbId, ports: &[PortInfo]) -> bool {
+    ports.iter().filter(|port| port.usb.as_ref() == Some(usb)).count() > 1
+}
+
 /// Where the device that was on `path` is now, `usb` being what it said of itself there: at its old path, or
 /// at another one where exactly one port says the same and no other device can. None while it is not there.
-/// `at_path` is what is at the old path now. A device that is not on USB is looked for at its old path only.
+/// `at_path` is what is at the old path now. A device that is not on USB is looked for at its old path only,
+/// and so is one `with_twin`: another device was seen that says the same.
 pub fn returned<'a>(
     path: &'a str,
     usb: Option<&UsbId>,
+    with_twin: bool,
     at_path: Option<&UsbId>,
     ports: &'a [PortInfo],
 ) -> Option<&'a str> {
@@ -214,7 +232,8 @@ pub fn returned<'a>(
     if at_path == Some(usb) {
         return Some(path);
     }
-    let mut same = ports.iter().filter(|port| port.usb.as_ref() == Some(usb) && usb.is_unique());
+    let may_move = usb.is_unique() && !with_twin;
+    let mut same = ports.iter().filter(|port| port.usb.as_ref() == Some(usb) && may_move);
     match (same.next(), same.next()) {
         (Some(one), None) => Some(&one.path),
         _ => None,
@@ -236,7 +255,7 @@ mod tests {
 
     /// Where it is found that was `usb` on ttyACM0.
     fn found<'a>(usb: Option<&UsbId>, ports: &'a [PortInfo]) -> Option<&'a str> {
-        returned("/dev/ttyACM0", usb, usb_at("/dev/ttyACM0", ports).as_ref(), ports)
+        returned("/dev/ttyACM0", usb, false, usb_at("/dev/ttyACM0", ports).as_ref(), ports)
     }
 
     #[test]
@@ -267,6 +286,19 @@ mod tests {
         assert_eq!(found(Some(&ours), &at(UsbId { vid: 1, ..ours.clone() })), None);
         let twice = ["/dev/ttyACM1", "/dev/ttyACM2"].map(|path| port(path, Some(ours.clone())));
         assert_eq!(found(Some(&ours), &twice), None, "two say the same");
+        assert!(has_twin(&ours, &twice) && !has_twin(&ours, &twice[1..]));
+        // And where the other is left alone later.
+        let known = |ports| {
+            returned(
+                "/dev/ttyACM0",
+                Some(&ours),
+                true,
+                usb_at("/dev/ttyACM0", ports).as_ref(),
+                ports,
+            )
+        };
+        assert_eq!(known(&twice[..1]), None, "of two one is left");
+        assert_eq!(known(&[port("/dev/ttyACM0", Some(ours.clone()))]), Some("/dev/ttyACM0"));
         // Without a serial number one board is as the other: only where it was.
         for number in [None, Some(""), Some(" ")] {
             let plain = board(number, 2);

@@ -36,7 +36,8 @@ pub struct Monitor {
     /// End after so many releases
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     releases: Option<u32>,
-    /// End after so many seconds; exit code 7 if --releases were not reached by then
+    /// End after so many seconds; exit code 7 if --releases were not reached by then, 4 where the device was
+    /// unplugged and is not there again
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     seconds: Option<f64>,
     /// How many times faster than real time the built-in rig swings (emulated devices only), or a stored
@@ -136,6 +137,7 @@ pub fn run(arguments: &Monitor) -> Result<()> {
         arguments,
     };
     let followed = following.start().and_then(|()| following.follow());
+    let followed = following.unless_lost(followed);
     // However it ended: what was recorded is kept.
     let ended = following.stop();
     followed.and(ended)
@@ -227,6 +229,7 @@ impl Following<'_> {
             }
             if deadline.is_some_and(|deadline| Instant::now() >= deadline) {
                 return match self.arguments.releases {
+                    None if self.session.is_gone() => Err(self.lost()),
                     None => Ok(()),
                     Some(wanted) => Err(Error::new(
                         Exit::Timeout,
@@ -240,6 +243,24 @@ impl Following<'_> {
             }
             interrupt::check()?;
         }
+    }
+
+    /// A device that was unplugged is waited for until the user, or the time that was given, ends it.
+    fn unless_lost(&mut self, followed: Result<()>) -> Result<()> {
+        match followed {
+            Err(Error { exit: Exit::Interrupted | Exit::Timeout, .. })
+                if self.session.is_gone() =>
+            {
+                Err(self.lost())
+            }
+            other => other,
+        }
+    }
+
+    fn lost(&mut self) -> Error {
+        let path = self.session.bench().client.path();
+        Error::device(format!("the device on {path} was unplugged and has not come back"))
+            .help("plug it in and begin again; what was recorded is kept")
     }
 
     /// As many releases have ended as were asked for.

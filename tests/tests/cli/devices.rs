@@ -191,6 +191,57 @@ fn unplugged_in_mid_flash_the_device_keeps_its_network() {
     }
 }
 
+/// Its answer is lost with the plug, and it may not be said that the old network runs.
+#[test]
+fn unplugged_once_it_runs_the_new_network_both_are_named() {
+    for (committed, says) in
+        [(false, "on trial and in 10 s the old one"), (true, "it runs the new")]
+    {
+        let board = Board::default();
+        flash(&board.plug(), &networks::another()).exits(0);
+        let asked = board.clone();
+        let line = board.plug_with(move |way, bytes| {
+            let network = asked.status().network;
+            let is_there = network.generation == 2 && network.on_trial != committed;
+            way == Way::ToDevice || bytes.is_empty() || !is_there
+        });
+        let ended = flash(&line, &networks::sound()).exits(5).helps();
+        let ended = ended.says("is gone").says(says).says("in 10 s the old one again");
+        assert!(!ended.stderr.contains("keeps its old"), "{}", ended.report());
+        let network = board.status().network;
+        assert_eq!((network.generation, network.on_trial), (2, !committed));
+    }
+}
+
+/// The answer to the commit does not come, however often it is asked for; what the device runs can be asked.
+#[test]
+fn a_device_that_can_be_asked_again_is_asked_what_it_runs() {
+    let board = Board::default();
+    flash(&board.plug(), &networks::another()).exits(0);
+    let asked = board.clone();
+    let mut commits = None;
+    let mut decoder = wire::Decoder::new();
+    let line = board.plug_with(move |way, bytes| {
+        if way == Way::ToDevice {
+            for &byte in bytes.iter() {
+                let Some(Ok(frame)) = decoder.push(byte) else { continue };
+                let commit = matches!(frame.message(), Some(Ok(wire::Request::FlashCommit)));
+                commits = commit.then_some(frame.sequence);
+            }
+        } else if commits.is_some() && !asked.status().network.on_trial {
+            bytes.clear();
+        }
+        true
+    });
+    // Not under the name of a pseudo-terminal, behind which a program may be busy: for those it waits longer.
+    let folder = tempfile::tempdir().expect("a folder");
+    let (port, file) = (folder.path().join("ttyBOARD"), folder.path().join("n.yrn"));
+    std::os::unix::fs::symlink(line.path(), &port).expect("a link");
+    std::fs::write(&file, networks::sound()).expect("room for it");
+    let written = yawrig("flash --json --device").and(&port).and(&file).run().exits(0).json();
+    assert_eq!(written["network"]["generation"], 2);
+}
+
 #[test]
 fn unplugged_before_its_first_network_it_keeps_the_compiled_in_one() {
     let board = Board::default();

@@ -45,9 +45,41 @@ fn who_holds_the_port_is_named() {
     holder.says("yawrig ");
     let (state, found, command) = port(line.path(), 4);
     assert_eq!(state, "wrong");
-    assert!(found.contains(&format!("yawrig (process {})", holder.pid())), "{found}");
-    assert_eq!(command, format!("kill {}", holder.pid()));
+    let named =
+        format!("yawrig monitor --device {} (process {})", line.path().display(), holder.pid());
+    assert!(found.contains(&named) && found.contains("Ctrl-C where it runs"), "{found}");
+    assert_eq!(command, format!("kill -INT {}", holder.pid()));
+    // Who opens it is told the same.
+    let ended = yawrig("device --device").and(line.path()).run().exits(4).helps();
+    ended.says("another program has it open").says(&named).says(&command);
     assert!(holder.runs(), "doctor only names it");
+}
+
+/// It takes bytes from the device's answers, and the port opens all the same.
+#[test]
+fn who_reads_a_port_that_opens_is_named() {
+    for (mode, is_named) in [("<", true), ("<>", true), (">", false)] {
+        let line = Board::default().plug();
+        let script = format!("exec sleep 600 {mode} {}", line.path().display());
+        let mut other =
+            std::process::Command::new("sh").args(["-c", &script]).spawn().expect("a shell");
+        let until = std::time::Instant::now() + yawrig_tests::PATIENCE;
+        let is_named = if is_named { 4 } else { 0 };
+        // The shell has still to open it.
+        while std::fs::read_to_string(format!("/proc/{}/comm", other.id())).expect("it runs")
+            != "sleep\n"
+        {
+            assert!(std::time::Instant::now() < until, "it does not begin");
+        }
+        let (state, found, command) = port(line.path(), is_named);
+        if is_named == 4 {
+            assert!(found.contains("answers, but sleep 600 (process"), "{found}");
+            assert_eq!((state.as_str(), command), ("wrong", format!("kill {}", other.id())));
+        } else {
+            assert_eq!(state, "well", "{found}");
+        }
+        other.kill().and_then(|()| other.wait()).expect("it runs");
+    }
 }
 
 #[test]

@@ -115,3 +115,34 @@ fn the_range_of_amplitudes_is_set_on_the_live_device() {
     refused.says("from 0.5 deg down to 1 deg");
     yawrig("monitor --to-deg nan").run().exits(2).helps().says("--to-deg");
 }
+
+/// A board at a port that it can be pulled from; what monitors it is ended by what is given, or by Ctrl-C.
+fn pulled_and_never_back(arguments: &str) -> yawrig_tests::process::Ended {
+    let folder = tempfile::tempdir().expect("a folder");
+    let line = yawrig_tests::line::Board::default().plug();
+    let port = folder.path().join("ttyBOARD");
+    std::os::unix::fs::symlink(line.path(), &port).expect("a link");
+    let mut monitor = yawrig("monitor --record s.csv --device").and(&port);
+    for argument in arguments.split_whitespace() {
+        monitor = monitor.and(argument);
+    }
+    let mut monitor = monitor.in_folder(folder.path()).start();
+    monitor.says("recording to");
+    drop(line);
+    monitor.says("is gone");
+    if arguments.is_empty() {
+        monitor.catches_interrupts();
+        monitor.signal(Signal::SIGINT);
+    }
+    let ended = monitor.ends();
+    assert!(folder.path().join("s.csv").exists(), "{}", ended.report());
+    ended
+}
+
+#[test]
+fn a_device_that_does_not_come_back_is_lost_however_the_waiting_ends() {
+    for arguments in ["", "--seconds 4", "--seconds 4 --releases 3"] {
+        let ended = pulled_and_never_back(arguments).exits(4).helps();
+        ended.says("was unplugged and has not come back");
+    }
+}

@@ -183,3 +183,52 @@ fn a_board_that_comes_back_under_another_path_is_followed_there_and_no_other_is(
     assert_eq!(Item::from_json(&back.to_json()).as_ref(), Some(back));
     pull(line, "ttyACM0");
 }
+
+/// Of two boards with one serial number the other is left when ours is pulled.
+#[test]
+fn a_board_with_a_twin_is_waited_for_where_it_was() {
+    let sent = counts(12);
+    let (ours, twin) = (Board::default(), Board::default());
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name);
+    let plug = |board: &Board, name: &str| {
+        let line = board.plug();
+        let _ = std::fs::remove_file(path(name));
+        symlink(line.path(), path(name)).expect("a link");
+        line
+    };
+    let line = plug(&ours, "ttyACM0");
+    let _twin = plug(&twin, "ttyACM1");
+    let list = {
+        let paths = ["ttyACM0", "ttyACM1"].map(path);
+        let usb = UsbId {
+            vid: 0x0483,
+            pid: 0x374b,
+            serial_number: Some("A1".to_owned()),
+            interface: Some(2),
+        };
+        let port = move |path: &PathBuf| PortInfo {
+            path: path.display().to_string(),
+            description: String::new(),
+            usb: Some(usb.clone()),
+        };
+        Box::new(move || Ok(paths.iter().filter(|path| path.exists()).map(&port).collect()))
+    };
+    let bench = Bench::on_port(&path("ttyACM0").display().to_string(), list).expect("a device");
+    let session = Session::new(bench, Follow::Trace).expect("a device");
+    let mut followed = Followed::new(session, &sent);
+    followed.play(&line, &ours, 0..4000);
+    drop(line);
+    std::fs::remove_file(path("ttyACM0")).expect("a link");
+    followed.hear_until("ours is gone", is_gone);
+    twin.samples(&sent[..2000]);
+    // Time enough to look for it a few times.
+    for _ in 0..1000 {
+        followed.hear();
+    }
+    assert_eq!(devices(&followed.heard), 1);
+    assert!(followed.session.is_gone());
+    let line = plug(&ours, "ttyACM0");
+    followed.hear_until("ours is found", |heard| devices(heard) == 2);
+    followed.play(&line, &ours, 4000..12_000);
+}

@@ -102,6 +102,11 @@ impl Session {
         &mut self.bench
     }
 
+    /// The device was unplugged, and is not there again.
+    pub fn is_gone(&self) -> bool {
+        self.gone
+    }
+
     /// Number of the session's next sample.
     pub fn now(&self) -> u64 {
         self.clock.session
