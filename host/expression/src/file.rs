@@ -1,8 +1,9 @@
 //! The file of a user's own effect, as TOML, and what is refused in it.
 
 use super::document::{Declared, Document, Text};
-use super::expression::{self, Flaw, Node};
-use super::program::{function, Program, FUNCTIONS, INPUTS, MOST_PARAMETERS};
+use super::expression::{self, Flaw};
+use super::naming::{is_name, named, one_line};
+use super::program::{Program, MOST_PARAMETERS};
 use super::samples::Subject;
 use super::source::Place;
 use super::state_file::{self, Numbers};
@@ -15,7 +16,6 @@ use toml::Spanned;
 
 /// Largest file read, bytes.
 const LARGEST: u64 = 65_536;
-const LONGEST_NAME: usize = 40;
 
 /// Reads and checks `file`; `taken` are the identifiers of the library.
 ///
@@ -139,12 +139,6 @@ pub fn from_text(file: &Path, text: &str, taken: &[&str]) -> Result<OwnEffect> {
     })
 }
 
-/// An expression as cards show it.
-pub(super) fn one_line(text: &str, node: &Node) -> String {
-    let start = node.span.start.min(text.len() - text.trim_start().len());
-    text[start..].split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
 /// Identifier, title, and how many parameters there are.
 fn check_head(place: &Text, document: &Document, taken: &[&str]) -> Result<()> {
     check_id(place, &document.id, taken)?;
@@ -173,44 +167,6 @@ fn check_id(place: &Text, id: &Spanned<String>, taken: &[&str]) -> Result<()> {
 /// What a moment without parameters is multiplied by.
 const FACTOR: &str = "factor";
 const IDENTIFIER: &str = "lower-case letters, digits and _, a letter first, at most 40";
-
-fn is_name(name: &str) -> bool {
-    let other = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
-    name.starts_with(|c: char| c.is_ascii_lowercase())
-        && name.chars().all(other)
-        && name.len() <= LONGEST_NAME
-}
-
-/// The unit of a number called so, `what` it is.
-pub(super) fn named(
-    place: &Text,
-    name: &Spanned<String>,
-    unit: &Spanned<String>,
-    what: &str,
-) -> Result<Unit> {
-    let called = name.get_ref();
-    let reserved = INPUTS.iter().any(|i| i.0 == called) || called == "pi";
-    if reserved || function(called).is_some() {
-        let message = format!("\"{called}\" is reserved");
-        let names = INPUTS.iter().map(|i| i.0).chain(["pi"]).chain(FUNCTIONS.iter().map(|f| f.0));
-        let help = format!("take another name than {}", names.collect::<Vec<_>>().join(", "));
-        return Err(place.error(name, &message, &help));
-    }
-    if !is_name(called) && !called.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
-        || called.starts_with(|c: char| c.is_ascii_digit())
-        || called.is_empty()
-        || called.len() > LONGEST_NAME
-    {
-        let message = format!("\"{called}\" is no name of a {what}");
-        return Err(place.error(
-            name,
-            &message,
-            "letters, digits and _, a letter first, at most 40",
-        ));
-    }
-    let quoted = Place::new(place.text, unit.span(), unit.get_ref());
-    Unit::parse(unit.get_ref()).map_err(|flaw| quoted.error(place.file, place.text, &flaw))
-}
 
 fn parameter(place: &Text, name: &Spanned<String>, d: &Declared) -> Result<(Parameter, Unit)> {
     let called = name.get_ref();

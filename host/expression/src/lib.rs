@@ -33,6 +33,7 @@ mod error;
 mod expression;
 mod file;
 mod malformed;
+mod naming;
 mod number;
 mod prepared;
 mod program;

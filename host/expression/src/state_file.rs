@@ -2,7 +2,7 @@
 
 use super::document::{DeclaredState, Text};
 use super::expression::{self, Flaw, Span};
-use super::file::{named as checked_name, one_line};
+use super::naming::{named as checked_name, one_line};
 use super::program::{Program, State};
 use super::source::Place;
 use super::states::{begun, OwnState, MOST_STATES};

@@ -17,6 +17,10 @@ const LEAST_CHANGE: f64 = 0.3;
 /// Cycles, and share of the time that the fall after it takes, in which the amplitude was kept up.
 const DRIVEN_CYCLES: usize = 3;
 const DRIVEN_SHARE: f64 = 0.3;
+/// Share of the fall that the two lines leave of it: what shakes a model makes it stand and fall, too, but not
+/// along lines.
+const LEFT: f64 = 0.05;
+const LEFT_RISING: f64 = 0.025;
 /// Points that the logarithm of the amplitude is laid through, about.
 const POINTS: usize = 64;
 /// Fewest of them before the release.
@@ -95,13 +99,14 @@ impl Search<'_> {
     fn kink(&self, amplitude: &[f64], every: usize, k: usize) -> Option<Kink> {
         let level = amplitude[k];
         let reaches = |share: f64| (k..amplitude.len()).find(|&j| amplitude[j] < share * level);
-        let fallen = reaches(FALL).unwrap_or(amplitude.len() - 1);
+        let last = amplitude.len() - 1;
+        let fewest = (DRIVEN_CYCLES * POINTS_PER_CYCLE).div_ceil(every).max(FEWEST_POINTS);
+        let fallen = reaches(FALL).unwrap_or(last).max(k + fewest).min(last);
         if rises(&amplitude[k..reaches(FALLS_TO).unwrap_or(amplitude.len())], level) {
             return None;
         }
-        let kept_up = amplitude[..k].iter().rev().take_while(|a| **a > FALL * level);
-        let fewest = (DRIVEN_CYCLES * POINTS_PER_CYCLE).div_ceil(every).max(FEWEST_POINTS);
-        let before = (fallen - k).max(fewest).min(kept_up.count());
+        let kept_up = amplitude[..k].iter().rev().take_while(|a| **a > FALL * level).count();
+        let before = (fallen - k).max(fewest).min(kept_up);
         let long = before >= fewest && before as f64 >= DRIVEN_SHARE * (fallen - k) as f64;
         // What a hand stops does not decay after it.
         let least = self.least();
@@ -118,11 +123,14 @@ impl Search<'_> {
         let smooth = |t: f64| [1.0, t, t * t, t.powi(3)];
         let lines = linear_fit(points().map(|(t, y)| (broken(t), y)))?;
         let curve = linear_fit(points().map(|(t, y)| (smooth(t), y)))?;
-        let leaves = squares(&lines, broken, points()) / squares(&curve, smooth, points());
+        let left = squares(&lines, broken, points());
+        let leaves = left / squares(&curve, smooth, points());
         let (early, late) = (-lines[1], -lines[1] - lines[2]);
         let expected = level * late * before as f64 / (fallen - k) as f64;
+        let most = if early < -LEAST_CHANGE * late { LEFT_RISING } else { LEFT };
         let is_kink = leaves < 1.0
             && early < LEAST_CHANGE * late
+            && (left / points().count() as f64).sqrt() < most * late
             && expected > LOSS_OVER_NOISE * self.amplitude_noise();
         is_kink.then_some(Kink { at: k, before, leaves })
     }
@@ -175,7 +183,11 @@ fn pushed_until(
     let swung = swings[..begun].iter().filter(|s| **s).count();
     let after = amplitude.len() - peak;
     let free = amplitude[peak..].iter().take_while(|a| **a > DIED_OUT * level).count();
+    // Where samples are lost it falls for a moment, too, and as fast.
+    let fallen = amplitude[begun.saturating_sub(2 * cycle)] / amplitude[low];
+    let is_dip = peak - begun <= 2 * cycle && fallen.powi(2) >= level / amplitude[low];
     let is_push = swung > DRIVEN_CYCLES * cycle
+        && !is_dip
         && after > FALLS_LONGER * (peak - begun)
         && !rises(&amplitude[peak..], level)
         && free > swung.min(longest_fall(&amplitude[..=low]));

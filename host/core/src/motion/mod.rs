@@ -3,6 +3,7 @@
 mod along;
 mod at_times;
 pub(crate) mod oscillator;
+mod own_effects;
 pub(crate) mod own_motion;
 mod own_states;
 mod pace;

@@ -9,7 +9,7 @@
 //! friction and the dead zone, are located within the step, and a model whose rate is zero stays there while
 //! the moments of both directions hold it.
 
-use super::own_states::{weighted, Own, States};
+use super::own_effects::{weighted, Own, States};
 use super::pace::Pace;
 use super::pair::{Flows, ERROR, NODES, WEIGHTS};
 use super::piece::Piece;

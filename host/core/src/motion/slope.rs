@@ -1,8 +1,8 @@
 //! The right-hand side of a motion's differential equation, for whoever integrates it by other means.
 
 use super::oscillator::{Motion, Walk};
+use super::own_effects::States;
 use super::own_motion::Walker;
-use super::own_states::States;
 use super::pace::Pace;
 use crate::record::Derivative;
 

@@ -270,7 +270,7 @@ fn check_states(effects: &[Effect], sticks: bool) -> Result<()> {
                 let what = format!(
                     "the state of {effect} goes on while friction holds the model, which the programs do not follow"
                 );
-                return Err(Error::usage(what).help("write the table: yawrig export --to csv"));
+                return Err(Error::usage(what).help("write the table (csv) instead"));
             }
         }
     }
@@ -278,7 +278,7 @@ fn check_states(effects: &[Effect], sticks: bool) -> Result<()> {
         let what = format!(
             "the programs follow one state besides angle and rate, and this model has {states}"
         );
-        return Err(Error::usage(what).help("write the table: yawrig export --to csv"));
+        return Err(Error::usage(what).help("write the table (csv) instead"));
     }
     Ok(())
 }
@@ -318,7 +318,7 @@ fn equations(dialect: &Dialect, effects: &[Effect]) -> Result<Equations> {
                     let rate = write(Some(effect), rate)?;
                     memory = Some(match effect.state_units().as_slice() {
                         [] => Memory {
-                            is: "what the hysteresis remembers (rad)".into(),
+                            is: format!("what {effect} remembers (rad)"),
                             rate,
                             field: HYSTERESIS,
                         },
