@@ -246,7 +246,8 @@ fn what_is_no_swing_is_refused() {
     assert!(refusal(&even(zeros.clone(), 1000.0)).contains("no oscillation"));
     for seed in 0..20 {
         let white = common::with_noise(&zeros, 0.2, 0.0, seed);
-        assert!(refusal(&even(white, 1000.0)).contains("no oscillation"), "white {seed}");
+        let words = refusal(&even(white, 1000.0));
+        assert!(words.contains("no oscillation"), "white {seed}: {words}");
         // Neither a wandering zero nor a slow drift is a free decay.
         let wander = common::with_noise(&zeros, 2.0, 0.9999, seed);
         let words = refusal(&even(wander, 1000.0));

@@ -4,6 +4,7 @@
 //! kept up until it falls for good, its logarithm has a kink; where it rose, something had pushed it. Two modes
 //! that beat rise, too, but turn round smoothly, and fall as fast as they have risen, again and again.
 
+use super::ends::PUSHED_RATIO;
 use super::envelope::{Point, POINTS_PER_CYCLE};
 use super::release::Search;
 use super::Begin;
@@ -17,10 +18,12 @@ const LEAST_CHANGE: f64 = 0.3;
 /// Cycles, and share of the time that the fall after it takes, in which the amplitude was kept up.
 const DRIVEN_CYCLES: usize = 3;
 const DRIVEN_SHARE: f64 = 0.3;
-/// Share of the fall that the two lines leave of it: what shakes a model makes it stand and fall, too, but not
-/// along lines.
-const LEFT: f64 = 0.05;
-const LEFT_RISING: f64 = 0.025;
+/// Share of the squares of a smooth curve with as many numbers that a kink leaves: most of what the curve misses
+/// has to be the kink.
+const SHARPER: f64 = 0.5;
+/// Share of the fall that a kink leaves: what shakes a model makes it stand and fall, too, but wanders. Of planted
+/// drives with noise up to 2 % of the amplitude it is up to 0.025, of planted random moments from 0.037 on.
+const LEFT: f64 = 0.03;
 /// Points that the logarithm of the amplitude is laid through, about.
 const POINTS: usize = 64;
 /// Fewest of them before the release.
@@ -31,8 +34,7 @@ const RISES: f64 = 1.15;
 /// release above which no rise is allowed after it.
 const FALLS_TO: f64 = 0.5;
 const RETURNS_TO: f64 = 0.25;
-/// A rise by this factor is a push where the fall after it takes that many times as long.
-const PUSHED_RATIO: f64 = 1.5;
+/// A push's fall takes that many times as long as its rise.
 const FALLS_LONGER: usize = 3;
 /// Share of the amplitude after a push down to which it is a free decay.
 const DIED_OUT: f64 = 0.05;
@@ -46,7 +48,7 @@ struct Kink {
     at: usize,
     /// Amplitudes before it that it is seen by.
     before: usize,
-    /// Sum of squares that it leaves of what a smooth curve with as many numbers leaves.
+    /// Sum of squares that it leaves, as a share of a smooth curve's with as many numbers.
     leaves: f64,
 }
 
@@ -60,12 +62,11 @@ impl Search<'_> {
         let cycle = (POINTS_PER_CYCLE / every).max(1);
         let driven = self.kept_up_until(&amplitude, largest, every).map(|k| (k, Begin::Driven));
         let swings: Vec<bool> = self.points.iter().step_by(every).map(Point::swings).collect();
-        let pushed = pushed_until(&amplitude, &swings, largest, cycle).map(|[low, peak]| {
-            let slowly = peak - low > DRIVEN_CYCLES * cycle;
-            if slowly {
-                (peak, Begin::Driven)
-            } else {
-                (low, Begin::Pushed)
+        let pushed = pushed(&amplitude, &swings, largest, cycle).map(|[begun, peak]| {
+            // A slow one is over at its peak; of a fast one the search sees to the end.
+            match peak - begun > DRIVEN_CYCLES * cycle {
+                true => (peak, Begin::Driven),
+                false => (begun, Begin::Pushed),
             }
         });
         let (at, begin) = driven.into_iter().chain(pushed).max_by_key(|(at, _)| *at)?;
@@ -87,8 +88,9 @@ impl Search<'_> {
 
     /// The number of the amplitude until which it was kept up: the last kink, where it is sharpest.
     fn kept_up_until(&self, amplitude: &[f64], largest: f64, every: usize) -> Option<usize> {
+        let least = self.least();
         let kink = |k: usize| {
-            (amplitude[k] > FALLS_TO * largest).then(|| self.kink(amplitude, every, k))?
+            (amplitude[k] > FALLS_TO * largest).then(|| self.kink(amplitude, least, every, k))?
         };
         let last = (0..amplitude.len()).rev().find_map(kink)?;
         let near = (last.at.saturating_sub(last.before)..=last.at).filter_map(kink);
@@ -96,7 +98,7 @@ impl Search<'_> {
     }
 
     /// The kink at amplitude number `k`, if it stands or rises before it and falls after it.
-    fn kink(&self, amplitude: &[f64], every: usize, k: usize) -> Option<Kink> {
+    fn kink(&self, amplitude: &[f64], least: f64, every: usize, k: usize) -> Option<Kink> {
         let level = amplitude[k];
         let reaches = |share: f64| (k..amplitude.len()).find(|&j| amplitude[j] < share * level);
         let last = amplitude.len() - 1;
@@ -109,7 +111,6 @@ impl Search<'_> {
         let before = (fallen - k).max(fewest).min(kept_up);
         let long = before >= fewest && before as f64 >= DRIVEN_SHARE * (fallen - k) as f64;
         // What a hand stops does not decay after it.
-        let least = self.least();
         let decays = amplitude[k..].iter().take_while(|a| **a > least).count() > fewest;
         if !long || !decays {
             return None;
@@ -119,18 +120,20 @@ impl Search<'_> {
             let log = |j: usize| ((j as f64 - k as f64) / (fallen - k) as f64, amplitude[j].ln());
             (k - before..=fallen).step_by(apart).map(log)
         };
-        let broken = |t: f64| [1.0, t, t.max(0.0)];
+        // A line up to it, and a fall that may be bent.
+        let kinked = |t: f64| [1.0, t, t.max(0.0), t.max(0.0).powi(2)];
         let smooth = |t: f64| [1.0, t, t * t, t.powi(3)];
-        let lines = linear_fit(points().map(|(t, y)| (broken(t), y)))?;
+        let x = linear_fit(points().map(|(t, y)| (kinked(t), y)))?;
         let curve = linear_fit(points().map(|(t, y)| (smooth(t), y)))?;
-        let left = squares(&lines, broken, points());
+        let left = squares(&x, kinked, points());
         let leaves = left / squares(&curve, smooth, points());
-        let (early, late) = (-lines[1], -lines[1] - lines[2]);
-        let expected = level * late * before as f64 / (fallen - k) as f64;
-        let most = if early < -LEAST_CHANGE * late { LEFT_RISING } else { LEFT };
-        let is_kink = leaves < 1.0
+        // Losses in the time of the fall: before it, at its beginning, and of all of it.
+        let (early, late) = (-x[1], -x[1] - x[2]);
+        let fall = late - x[3];
+        let expected = level * fall * before as f64 / (fallen - k) as f64;
+        let is_kink = leaves < SHARPER
             && early < LEAST_CHANGE * late
-            && (left / points().count() as f64).sqrt() < most * late
+            && (left / points().count() as f64).sqrt() < LEFT * fall
             && expected > LOSS_OVER_NOISE * self.amplitude_noise();
         is_kink.then_some(Kink { at: k, before, leaves })
     }
@@ -155,14 +158,9 @@ fn rises(amplitude: &[f64], level: f64) -> bool {
     })
 }
 
-/// The numbers of the least amplitude before the last push and of the largest after it, if the model swung
-/// before it and what follows it falls for good, and for longer than what it swung before.
-fn pushed_until(
-    amplitude: &[f64],
-    swings: &[bool],
-    largest: f64,
-    cycle: usize,
-) -> Option<[usize; 2]> {
+/// The numbers of the amplitudes at which the last push begins to raise them and has raised them most, if the
+/// model swung before it and what follows it falls for good, and for longer than what it swung before.
+fn pushed(amplitude: &[f64], swings: &[bool], largest: f64, cycle: usize) -> Option<[usize; 2]> {
     let mut peak = amplitude.len() - 1;
     let mut pushed = None;
     for k in (0..amplitude.len()).rev() {

@@ -30,7 +30,7 @@ const STOPPED_RATIO: f64 = 2.5;
 const FALLS_FASTER: f64 = 1.5;
 /// A rise of the amplitude within three cycles, by this factor and this share of the largest, that is a push
 /// where the fall within the two cycles before it is less than its root: a beat falls as fast as it rises.
-const PUSHED_RATIO: f64 = 1.5;
+pub(super) const PUSHED_RATIO: f64 = 1.5;
 const PUSHED_SHARE: f64 = 0.25;
 /// Cycles in which a rise by this ratio is a hand's or a push.
 const PUSHED_CYCLES: usize = 3;
@@ -68,7 +68,8 @@ impl Search<'_> {
             false => self.points[peak].time_s + 0.5 * self.period,
         };
         loop {
-            let Some(motion) = self.continued(free_s) else {
+            let before = self.means.between(free_s - 0.5 * self.period, free_s);
+            let Some(motion) = self.continued(free_s, &before) else {
                 if grows {
                     return by_itself;
                 }
@@ -76,7 +77,6 @@ impl Search<'_> {
                 let begin = Begin::MidSwing;
                 return Onset { release_s: free_s, free_from_s: free_s, begin };
             };
-            let before = self.means.between(free_s - 0.5 * self.period, free_s);
             let misfit = self.misfits(&before, &motion).last();
             if let Some(last) = misfit {
                 let seen_s = before.time_s[last] + self.means.step_s;
@@ -111,17 +111,21 @@ impl Search<'_> {
         }
     }
 
-    /// What is free from `free_s` on for two cycles, or for five where two modes beat.
-    fn continued(&self, free_s: f64) -> Option<FreeMotion> {
+    /// What is free from `free_s` on for two cycles, or for five where two modes beat: where one mode does not
+    /// hold its own cycles, or two go on `before` them and one does not.
+    fn continued(&self, free_s: f64, before: &Stretch<'_>) -> Option<FreeMotion> {
         let cycles = |n: f64| self.means.between(free_s, free_s + n * self.period);
+        let holds =
+            |motion: &FreeMotion, over: &Stretch<'_>| self.misfits(over, motion).next().is_none();
         let core = cycles(CORE_CYCLES);
         let one = FreeMotion::one(self.mode_of(&core)?);
-        if self.misfits(&core, &one).next().is_none() {
+        let is_one = holds(&one, &core);
+        if is_one && holds(&one, before) {
             return Some(one);
         }
         let core = cycles(BEATING_CYCLES);
-        let two = FreeMotion::two(&core).filter(|two| self.misfits(&core, two).next().is_none());
-        Some(two.unwrap_or(one))
+        let beat = |two: &FreeMotion| holds(two, &core) && (!is_one || holds(two, before));
+        Some(FreeMotion::two(&core).filter(beat).unwrap_or(one))
     }
 
     /// The point with the largest amplitude.

@@ -10,6 +10,9 @@ mod pace;
 mod pair;
 mod piece;
 pub(crate) mod random;
+#[cfg(test)]
+#[path = "runge_kutta_tests.rs"]
+mod runge_kutta;
 mod side_by_side;
 pub mod simulate;
 mod slope;

@@ -1,5 +1,6 @@
 use super::*;
 use crate::effects::{Effect, Terms};
+use crate::motion::runge_kutta::stepped;
 use crate::motion::simulate::Grid;
 use std::sync::Arc;
 
@@ -27,23 +28,13 @@ fn motion(effects: &[(Effect, &[f64])]) -> Motion {
     }
 }
 
-/// Runge-Kutta of order 4 over the right-hand side: the state at `step_s` times each.
+/// The state at `step_s` times each.
 fn integrated(motion: &Motion, step_s: f64, count: usize) -> Vec<Vec<f64>> {
-    let on = |state: &[f64], slope: &[f64], h: f64| -> Vec<f64> {
-        state.iter().zip(slope).map(|(x, s)| x + h * s).collect()
-    };
     let mut state = motion.state(0.0);
     let mut out = Vec::new();
     for k in 0..count {
         out.push(state.clone());
-        let (t, h) = (k as f64 * step_s, step_s);
-        let first = motion.slope(t, &state);
-        let second = motion.slope(t + 0.5 * h, &on(&state, &first, 0.5 * h));
-        let third = motion.slope(t + 0.5 * h, &on(&state, &second, 0.5 * h));
-        let fourth = motion.slope(t + h, &on(&state, &third, h));
-        for (j, x) in state.iter_mut().enumerate() {
-            *x += h / 6.0 * (first[j] + 2.0 * (second[j] + third[j]) + fourth[j]);
-        }
+        stepped(motion, k as f64 * step_s, step_s, &mut state);
     }
     out
 }

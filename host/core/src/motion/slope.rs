@@ -90,26 +90,17 @@ mod tests {
     use super::*;
     use crate::effects::{Effect, Terms};
     use crate::motion::oscillator::Grid;
+    use crate::motion::runge_kutta::stepped;
 
-    /// Runge-Kutta of order 4, so many steps to an instant of the grid.
+    /// So many steps to an instant of the grid.
     fn integrated(motion: &Motion, grid: &Grid, steps: usize) -> Vec<f64> {
         let mut state = motion.state(grid.start_s);
         let h = grid.step_s / steps as f64;
-        let on = |state: &[f64], slope: &[f64], h: f64| -> Vec<f64> {
-            state.iter().zip(slope).map(|(x, s)| x + h * s).collect()
-        };
         let mut out = Vec::new();
         for k in 0..grid.count {
             out.push(motion.reading_of(grid.time_s(k), &state));
             for i in 0..steps {
-                let t = grid.time_s(k) + i as f64 * h;
-                let first = motion.slope(t, &state);
-                let second = motion.slope(t + 0.5 * h, &on(&state, &first, 0.5 * h));
-                let third = motion.slope(t + 0.5 * h, &on(&state, &second, 0.5 * h));
-                let fourth = motion.slope(t + h, &on(&state, &third, h));
-                for (j, x) in state.iter_mut().enumerate() {
-                    *x += h / 6.0 * (first[j] + 2.0 * (second[j] + third[j]) + fourth[j]);
-                }
+                stepped(motion, grid.time_s(k) + i as f64 * h, h, &mut state);
             }
         }
         out

@@ -4,6 +4,7 @@ mod contact_by_side;
 mod diagnose;
 mod hidden;
 mod law;
+mod let_go;
 mod memory_as_state;
 mod names_of_effects;
 mod other_quantities;

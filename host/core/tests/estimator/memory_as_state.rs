@@ -2,9 +2,7 @@
 //! found again. Every figure asserted is printed:
 //! `cargo test --release -p yawrig-core --test estimator memory_as_state -- --nocapture`.
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
+use crate::let_go::let_go;
 use std::path::Path;
 use std::sync::Arc;
 use yawrig_core::effects::Effect;
@@ -38,37 +36,15 @@ impl Lag {
         Effect::Own(Arc::new(effect.unwrap_or_else(|e| panic!("{e}"))))
     }
 
-    /// Held for 1 s at this angle, then let go: Runge-Kutta steps of a tenth of a millisecond, noise 0.05 deg,
-    /// 0.005 deg a count.
+    /// Let go from this angle.
     fn release(&self, amplitude_deg: f64, seconds: f64, seed: u64) -> Record {
-        const STEP_S: f64 = 1e-4;
         let [wn, zeta] = MODAL;
         let slope = |[b, r, z]: [f64; 3]| {
             let followed = if self.follows == "b" { b } else { r };
             [r, -wn * wn * b - 2.0 * zeta * wn * r - self.c * z, (followed - z) / self.lag_s]
         };
-        let on = |x: [f64; 3], k: [f64; 3], h: f64| [0, 1, 2].map(|i| x[i] + h * k[i]);
         let b = amplitude_deg.to_radians();
-        let mut x = [b, 0.0, if self.follows == "b" { b } else { 0.0 }];
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let mut record = Record::new(format!("lag-{seed}"), vec![], vec![]);
-        for k in 0..(seconds / STEP_S) as usize {
-            let t = k as f64 * STEP_S;
-            if k % 10 == 0 {
-                let noise: f64 = StandardNormal.sample(&mut random);
-                record.time_s.push(t);
-                record.yaw_deg.push(((x[0].to_degrees() + 0.05 * noise) / 0.005).round() * 0.005);
-            }
-            if t >= 1.0 {
-                let k1 = slope(x);
-                let k2 = slope(on(x, k1, 0.5 * STEP_S));
-                let k3 = slope(on(x, k2, 0.5 * STEP_S));
-                let k4 = slope(on(x, k3, STEP_S));
-                x = [0, 1, 2]
-                    .map(|i| x[i] + STEP_S / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]));
-            }
-        }
-        record
+        let_go([b, 0.0, if self.follows == "b" { b } else { 0.0 }], slope, seconds, seed)
     }
 }
 
