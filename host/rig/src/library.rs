@@ -195,5 +195,21 @@ pub static LIBRARY: LazyLock<Vec<Kind>> = LazyLock::new(|| {
             vec![positive("h", "1/s2"), positive("y", "rad")],
             "h=2,y=0.05",
         ),
+        stiffness(
+            kind(
+                "one_sided_stop",
+                "- k (b - g) beyond g; the sign of g is its side",
+                vec![positive("k", "1/s2"), any("g", "rad")],
+                "k=40,g=0.1",
+            ),
+            |p, b, _, _| -p[0] * beyond(b, p[1]),
+            |p, b| 0.5 * p[0] * (beyond(b, p[1]).powi(2) - beyond(0.0, p[1]).powi(2)),
+        ),
     ]
 });
+
+/// How far `b` lies beyond `stop` on its side, with that side's sign.
+fn beyond(b: f64, stop: f64) -> f64 {
+    let side = stop.signum();
+    side * (side * (b - stop)).max(0.0)
+}

@@ -20,3 +20,4 @@ mod simulate;
 mod sources;
 mod train;
 mod two_integrators;
+mod walls;

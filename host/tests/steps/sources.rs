@@ -14,7 +14,7 @@ fn yawrig(folder: &Path, words: &[&str]) -> Output {
         .expect("it starts")
 }
 
-fn json(folder: &Path, words: &[&str]) -> Value {
+pub fn json(folder: &Path, words: &[&str]) -> Value {
     let out = yawrig(folder, words);
     let said = String::from_utf8_lossy(&out.stderr);
     assert!(out.status.success(), "{words:?}: {said}");
@@ -22,7 +22,7 @@ fn json(folder: &Path, words: &[&str]) -> Value {
 }
 
 /// Runs the commands of `found`; the answer of the last.
-fn run(folder: &Path, found: &Value) -> Value {
+pub fn run(folder: &Path, found: &Value) -> Value {
     let mut last = Value::Null;
     for command in found["commands"].as_array().expect("commands") {
         let words: Vec<&str> =
@@ -40,7 +40,7 @@ fn run(folder: &Path, found: &Value) -> Value {
     last
 }
 
-fn within(of: &Value, truth: f64, u: f64) -> bool {
+pub fn within(of: &Value, truth: f64, u: f64) -> bool {
     let (value, own) = (of["value"].as_f64().unwrap(), of["u"].as_f64().unwrap());
     println!("  {value:.5} +- {own:.5}, planted {truth:.5}");
     (value - truth).abs() <= u * own

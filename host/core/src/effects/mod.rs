@@ -117,6 +117,8 @@ library! {
     end_stop::EndStop,
     /// Hysteresis of the spring: `- h z`, `z' = r - |r| z / y`.
     hysteresis::Hysteresis,
+    /// Stop on one side: `- k (b - g)` beyond g, whose sign is its side.
+    one_sided_stop::OneSidedStop,
 }
 
 impl Effect {

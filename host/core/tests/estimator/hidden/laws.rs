@@ -28,7 +28,7 @@ pub enum Outside {
     Chirp,
     /// Damping negative at small angles and with their cube at large ones.
     SelfExcited,
-    /// A soft stop on one side.
+    /// A soft stop on one side that takes energy out.
     Stop,
     /// A blow in mid-record.
     Blow,
@@ -90,6 +90,7 @@ pub fn draw(effect: Effect, setup: &Setup, rng: &mut ChaCha8Rng) -> Vec<f64> {
             vec![0.01 * wn * wn * a / (wn * a).powf(n), n]
         }
         Effect::EndStop => vec![0.3 * wn * wn, rng.random_range(0.3..0.7) * a],
+        Effect::OneSidedStop => vec![0.3 * wn * wn, either * rng.random_range(0.3..0.7) * a],
         Effect::Hysteresis => vec![0.02 * wn * wn, rng.random_range(0.15..0.6) * a],
         Effect::PendulumGravity
         | Effect::OddQuadraticStiffness
@@ -123,7 +124,7 @@ pub fn most(law: &Law, setup: &Setup) -> f64 {
         Effect::BaselineDrift => a / setup.duration,
         Effect::QuinticStiffness => 0.3 * wn * wn / a.powi(4),
         Effect::PowerDamping => 0.3 * wn * wn * a / (wn * a).powf(p[1]),
-        Effect::EndStop => 20.0 * wn * wn,
+        Effect::EndStop | Effect::OneSidedStop => 20.0 * wn * wn,
         Effect::Hysteresis => 0.5 * wn * wn,
         Effect::PendulumGravity
         | Effect::OddQuadraticStiffness
@@ -258,6 +259,8 @@ impl Law {
                 Effect::StaticOffset => p[0],
                 Effect::PowerDamping => -p[0] * r.abs().powf(p[1]) * r.signum(),
                 Effect::EndStop => -p[0] * (b.abs() - p[1]).max(0.0) * b.signum(),
+                Effect::OneSidedStop if p[1] > 0.0 => -p[0] * (b - p[1]).max(0.0),
+                Effect::OneSidedStop => -p[0] * (b - p[1]).min(0.0),
                 Effect::Hysteresis => -p[0] * z,
                 Effect::HarmonicForcing => p[0] * (p[1] * t + p[2]).cos(),
                 _ => 0.0,
