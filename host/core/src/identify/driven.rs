@@ -150,7 +150,7 @@ fn squares<const N: usize>(
 }
 
 /// Whether amplitudes that begin at `level` rise again before they are small.
-fn rises(amplitude: &[f64], level: f64) -> bool {
+pub(super) fn rises(amplitude: &[f64], level: f64) -> bool {
     let mut least = f64::INFINITY;
     amplitude.iter().any(|a| {
         least = least.min(*a);

@@ -1,6 +1,7 @@
 //! The beginning and the end of a free motion: let go from a hold or a hand, stopped, pushed, or died out.
 
 use super::damped_sinusoid::Mode;
+use super::driven::rises;
 use super::envelope::POINTS_PER_CYCLE;
 use super::flag::Flag;
 use super::free_motion::{FreeMotion, BEATING_CYCLES};
@@ -67,9 +68,13 @@ impl Search<'_> {
             true => self.free_for_certain(run, peak),
             false => self.points[peak].time_s + 0.5 * self.period,
         };
+        // Two modes beat where the amplitude rises again.
+        let after: Vec<f64> =
+            self.points[peak..=run.last].iter().map(|p| p.amplitude_deg).collect();
+        let beats = rises(&after, after[0]);
         loop {
             let before = self.means.between(free_s - 0.5 * self.period, free_s);
-            let Some(motion) = self.continued(free_s, &before) else {
+            let Some(motion) = self.continued(free_s, &before, beats) else {
                 if grows {
                     return by_itself;
                 }
@@ -111,16 +116,16 @@ impl Search<'_> {
         }
     }
 
-    /// What is free from `free_s` on for two cycles, or for five where two modes beat: where one mode does not
-    /// hold its own cycles, or two go on `before` them and one does not.
-    fn continued(&self, free_s: f64, before: &Stretch<'_>) -> Option<FreeMotion> {
+    /// What is free from `free_s` on for two cycles, or where it `beats` for five: where one mode does not hold
+    /// its own cycles, or two go on `before` them and one does not.
+    fn continued(&self, free_s: f64, before: &Stretch<'_>, beats: bool) -> Option<FreeMotion> {
         let cycles = |n: f64| self.means.between(free_s, free_s + n * self.period);
         let holds =
             |motion: &FreeMotion, over: &Stretch<'_>| self.misfits(over, motion).next().is_none();
         let core = cycles(CORE_CYCLES);
         let one = FreeMotion::one(self.mode_of(&core)?);
         let is_one = holds(&one, &core);
-        if is_one && holds(&one, before) {
+        if !beats || is_one && holds(&one, before) {
             return Some(one);
         }
         let core = cycles(BEATING_CYCLES);
