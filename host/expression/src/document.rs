@@ -28,6 +28,7 @@ pub struct Document {
 
 pub struct DeclaredState {
     pub name: Spanned<String>,
+    /// A pure number, as which an angle counts, where the file does not say.
     pub unit: Spanned<String>,
     pub rate: Spanned<String>,
     pub start: Option<Spanned<String>>,
@@ -117,11 +118,19 @@ fn states(place: &Text, found: &Value) -> Result<Vec<DeclaredState>> {
         let table = value.get_ref().as_table().ok_or_else(|| wrong(value))?;
         let entries = Entries { place, table, of: " of a state".to_owned(), span: value.span() };
         entries.check_names(&OF_STATE, "a state has name, unit, rate and start")?;
+        let name = entries.text("name", "name = \"z\"")?;
+        let pure = Spanned::new(name.span(), "1".to_owned());
         Ok(DeclaredState {
-            name: entries.text("name", "name = \"z\"")?,
-            unit: entries.text("unit", "unit = \"rad\", or \"1\" for a pure number")?,
+            name,
+            unit: match entries.get("unit") {
+                Some(_) => entries.text("unit", "unit = \"rad\"")?,
+                None => pure,
+            },
             rate: entries.text("rate", "rate = \"(b - z) / T\", how fast it changes")?,
-            start: match entries.get("start") {
+            start: match entries.get("start").map(|found| (found.span(), found.get_ref())) {
+                Some((span, DeValue::Float(_) | DeValue::Integer(_))) => {
+                    Some(Spanned::new(span.clone(), place.text[span].to_owned()))
+                }
                 Some(_) => Some(entries.text("start", "start = \"b\", an expression in quotes")?),
                 None => None,
             },

@@ -34,6 +34,17 @@ fn a_state_is_read_and_begins_in_balance() {
     assert!((y - 0.2).abs() < 1e-9 && z == 0.544, "{y} {z}");
 }
 
+/// A number begins a state, too; without a unit it is a pure number, as which an angle counts.
+#[test]
+fn a_state_takes_a_number_and_needs_no_unit() {
+    for (start, begins) in [("start = 0.0", 0.0), ("start = 2", 2.0), ("", 0.0)] {
+        let state = format!("[[state]]\nname = \"x\"\nrate = \"r - x / T\"\n{start}\n");
+        let effect = read(&lag(&state, "-c * x")).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(effect.states[0].unit, "1");
+        assert_eq!(OwnTerm::new(&Arc::new(effect), &[3.0, 0.2]).begun(0.1, 7.0, 0.0)[0], begins);
+    }
+}
+
 #[test]
 fn what_a_state_cannot_be_is_refused_at_its_place() {
     let with = |from: &str, to: &str| STATE.replace(from, to);
@@ -65,7 +76,12 @@ fn what_a_state_cannot_be_is_refused_at_its_place() {
             "the start of z is -inf at b = 0",
             "finite",
         ),
-        (STATE.to_owned() + "start = 0.1\n", "-c * z", "start of a state is to be a text", "write"),
+        (
+            STATE.to_owned() + "start = true\n",
+            "-c * z",
+            "start of a state is to be a text",
+            "write",
+        ),
         (STATE.to_owned() + "start = b\n", "-c * z", "start is to be a text in quotes", "quotes"),
         (
             STATE.to_owned() + "begin = \"b\"\n",

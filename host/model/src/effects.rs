@@ -6,7 +6,7 @@ use std::sync::{Arc, LazyLock, Mutex};
 use yawrig_base::error::{Error, Result};
 use yawrig_core::effects::{Effect, MEASURED_LAW};
 pub use yawrig_expression::is_file;
-use yawrig_expression::OwnEffect;
+use yawrig_expression::{all_ready_made, ready_made, OwnEffect};
 use yawrig_text::nearest;
 
 /// An effect from the command line or a model file: an identifier, or the path of a file ending in `.toml`.
@@ -21,8 +21,10 @@ pub fn named(text: &str) -> Result<Effect> {
         return Err(Error::usage("measured_law is estimated from the records of a model")
             .help("yawrig add measured_law; to look first: yawrig law FILE"));
     }
-    Effect::from_id(text).ok_or_else(|| {
-        let ids = Effect::ids();
+    let ready_made = || ready_made(text).map(Effect::Own);
+    Effect::from_id(text).or_else(ready_made).ok_or_else(|| {
+        let mut ids = Effect::ids();
+        ids.extend(all_ready_made().iter().map(|own| &*own.id));
         let help = match nearest(text, ids.iter().copied()) {
             Some(near) => {
                 format!("did you mean {near}? Your own is given as the path of its .toml file")
@@ -34,6 +36,11 @@ pub fn named(text: &str) -> Result<Effect> {
         };
         Error::usage(format!("there is no effect \"{text}\"")).help(help)
     })
+}
+
+/// Those with equations of their own that are known by name; they are tried where they are asked for.
+pub fn ready_made_effects() -> impl Iterator<Item = Effect> {
+    all_ready_made().iter().cloned().map(Effect::Own)
 }
 
 /// Reads a user's own effect.

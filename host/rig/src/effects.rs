@@ -11,7 +11,9 @@ use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 use std::sync::Arc;
-use yawrig_expression::{OwnEffect, OwnTerm, MOST_OWN, MOST_PARAMETERS};
+use yawrig_expression::{
+    all_ready_made, ready_made, OwnEffect, OwnTerm, MOST_OWN, MOST_PARAMETERS,
+};
 use yawrig_shared::modal::Modal;
 
 /// An effect with values for all its parameters, in physical range.
@@ -37,6 +39,12 @@ fn kind_of(own: &OwnEffect) -> Kind {
         example: "",
         smooth: None,
     }
+}
+
+/// Every kind that a virtual rig knows by name.
+pub fn kinds() -> impl Iterator<Item = Cow<'static, Kind>> {
+    let library = LIBRARY.iter().map(Cow::Borrowed);
+    library.chain(all_ready_made().iter().map(|own| Cow::Owned(kind_of(own))))
 }
 
 /// Effect and the rest of `EFFECT:NAME=VALUE,...`; a path may hold colons of its own.
@@ -86,13 +94,14 @@ impl FromStr for Effect {
     /// Naming the ids or the parameters there are; for a file that cannot be used.
     fn from_str(text: &str) -> Result<Self> {
         let (id, given) = split(text);
-        let ids = || LIBRARY.iter().map(|kind| &*kind.id);
+        let in_library = || LIBRARY.iter().map(|kind| &*kind.id);
+        let ids = || in_library().chain(all_ready_made().iter().map(|own| &*own.id));
         let own = match yawrig_expression::is_file(id) {
             true => {
-                let taken: Vec<&str> = ids().collect();
+                let taken: Vec<&str> = in_library().collect();
                 Some(Arc::new(yawrig_expression::read(Path::new(id), &taken)?))
             }
-            false => None,
+            false => ready_made(id.trim()),
         };
         let kind = match &own {
             Some(own) => Cow::Owned(kind_of(own)),

@@ -16,7 +16,7 @@ mod runge_kutta;
 mod sensor;
 mod springs;
 
-pub use effects::{Effect, Effects};
+pub use effects::{kinds, Effect, Effects};
 pub use error::{Error, Quantity, Result};
 pub use library::{Kind, Parameter, LIBRARY};
 pub use motion::{End, Motion, Sample, Samples, Start};

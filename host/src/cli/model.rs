@@ -11,6 +11,7 @@ use yawrig_core::fit::at_amplitude::AtAmplitude;
 use yawrig_core::quantity::Quantity;
 use yawrig_core::record::Measurand;
 use yawrig_model::appraisal::{Appraisal, RecordAppraisal};
+use yawrig_model::effects::named;
 use yawrig_model::journal::Residuals;
 use yawrig_model::revise::{quoted, Revision, RevisionRequest};
 use yawrig_report::units::sized;
@@ -153,7 +154,7 @@ pub fn amplitude_rows(measurand: &Measurand, rows: &[AtAmplitude]) -> String {
 
 /// An effect's parameter (`coulomb_friction.c`) with its value and unit.
 pub fn parameter(measurand: &Measurand, name: &str, value: &Quantity) -> String {
-    match name.split_once('.').and_then(|(effect, _)| Effect::from_id(effect)) {
+    match name.split_once('.').and_then(|(effect, _)| named(effect).ok()) {
         Some(effect) => parameter_of(measurand, &effect, name, value),
         None => format!("{name} = {value}"),
     }

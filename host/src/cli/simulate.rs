@@ -15,7 +15,7 @@ use yawrig_campaign::simulated::{self, refuse_existing, Planned};
 use yawrig_core::record::{Derivative, Measurand, Record};
 use yawrig_records::{as_written, write_samples_of};
 use yawrig_rig::{
-    Condition, Effect, Effects, End, Rig, Sample, Samples, Sensor, Spring, Start, LIBRARY,
+    kinds, Condition, Effect, Effects, End, Rig, Sample, Samples, Sensor, Spring, Start, LIBRARY,
 };
 use yawrig_shared::axis::Axis;
 use yawrig_shared::derivatives::{reduced_frequency, YawDerivatives};
@@ -388,7 +388,7 @@ struct Made {
 /// The library as `--help` shows it.
 fn effects_help() -> String {
     let mut text = "Effects, torques over the inertia, b yaw angle (rad), r yaw rate (rad/s), t from the release (s):\n".to_owned();
-    for kind in LIBRARY.iter() {
+    for kind in kinds() {
         let parameters: Vec<String> =
             kind.parameters.iter().map(|p| format!("{} ({})", p.name, p.unit)).collect();
         text +=

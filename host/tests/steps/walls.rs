@@ -35,3 +35,37 @@ fn the_printed_commands_make_the_model_of_a_stop_on_one_side() {
     assert!(within(&last["parameters"]["one_sided_stop.k"], 40.0, 2.0));
     assert!(within(&last["parameters"]["one_sided_stop.g"], stop_rad, 2.0));
 }
+
+/// A moment that follows late, 4 x with x' = r - 3 x, in releases on two springs at once.
+#[test]
+fn a_lag_is_added_by_its_name_to_a_model_of_two_springs() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let made = Made {
+        springs: &[("K2", 214.0), ("K4", 806.0)],
+        speeds_m_s: &[0.0],
+        amplitude_deg: 12.0,
+        seconds: 12.0,
+        rate_hz: 500.0,
+        noise_deg: 0.04,
+        seed: 4,
+    };
+    let planted = Planted {
+        moment: &|_, _, x, _| -4.0 * x,
+        state: &|_, r, x, _| r - 3.0 * x,
+        friction_rad_s2: 0.0,
+        damping_ratio: 0.006,
+    };
+    campaign(folder, &made, &planted);
+    json(folder, &["fit", "campaign.toml", "--json"]);
+    let added = json(folder, &["add", "first_order_lag", "--json"]);
+    println!(
+        "residual {:.3}, held out {:.3}",
+        added["residual_over_noise"].as_f64().unwrap(),
+        added["held_out_over_noise"].as_f64().unwrap()
+    );
+    assert!(added["residual_over_noise"].as_f64().unwrap() <= 1.15);
+    assert!(added["held_out_over_noise"].as_f64().unwrap() <= 1.3);
+    assert!(within(&added["parameters"]["first_order_lag.a"], 4.0, 2.0));
+    assert!(within(&added["parameters"]["first_order_lag.rate"], 3.0, 2.0));
+}

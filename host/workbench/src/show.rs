@@ -17,6 +17,7 @@ use yawrig_core::fit::fitting::Fitted;
 use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::quantity::Quantity;
 use yawrig_core::record::Measurand;
+use yawrig_model::effects::ready_made_effects;
 use yawrig_model::journal::{Action, JournalStep};
 use yawrig_report::drawn::{short, shorts, Stretches};
 
@@ -27,7 +28,8 @@ const LEAST_CYCLES: f64 = 1.5;
 
 /// Every effect of the library with its card.
 pub fn library() -> Value {
-    let all: Vec<Value> = Effect::ALL.into_iter().map(described).collect();
+    let all: Vec<Value> =
+        Effect::ALL.into_iter().chain(ready_made_effects()).map(described).collect();
     json!({ "effects": all })
 }
 
@@ -265,6 +267,7 @@ pub fn candidates(app: &App, id: usize) -> Result<Value> {
         .flat_map(|d| d.diagnosis.candidates.iter().map(|c| c.effect.clone()))
         .chain(session.own.iter().cloned())
         .chain(Effect::ALL)
+        .chain(ready_made_effects())
         .filter(|e| !in_model.contains(e))
         .collect();
     let mut seen = Vec::new();
