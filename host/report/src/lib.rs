@@ -18,6 +18,7 @@ pub mod plot;
 mod sections;
 mod table;
 pub mod trace;
+mod transfer;
 mod trust;
 pub mod units;
 pub mod xlsx;
@@ -26,6 +27,7 @@ pub use of_campaign::{of_campaign, of_table, Also};
 pub use of_model::of_model;
 pub use of_models::of_models;
 pub use of_records::{drawn_of, of_diagnosed, of_records, with_effects};
+pub use transfer::transfer;
 
 use serde::{Deserialize, Serialize};
 use std::path::Path;

@@ -1,11 +1,12 @@
 //! Results as CSV: one row a result, names and units in the header.
 
 use super::common::print;
+use super::derivatives::Reported;
 use std::fmt::Write as _;
 use yawrig_base::error::Result;
 use yawrig_campaign::doubted;
 use yawrig_core::derivatives::at::At;
-use yawrig_core::derivatives::table::{Point, Table};
+use yawrig_core::derivatives::table::Point;
 use yawrig_core::diagnosis::diagnose::Diagnosis;
 use yawrig_core::identify::Identification;
 use yawrig_core::quantity::Quantity;
@@ -75,16 +76,21 @@ pub fn identified(found: &Identification) -> String {
     rows.collect()
 }
 
-/// A row for each point and method.
-pub fn derivatives(tables: &[Table]) -> Result<()> {
+/// A row for each point and method; where they were asked for with what the transfer function has there.
+pub fn derivatives(tables: &[Reported]) -> Result<()> {
     let mut out = "method,spring,wind_speed_m_s,reduced_frequency,cn_beta_per_rad,cn_beta_u_per_rad,cn_r_per_rad,\
         cn_r_u_per_rad,cy_beta_per_rad,cy_beta_u_per_rad,cy_r_per_rad,cy_r_u_per_rad,validation_mse_deg2,\
         flags,doubts,assumed_zero,notes"
         .to_owned();
-    let names = At::names(tables.iter().flat_map(|table| &table.points).map(|point| &point.at));
+    let names = At::names(tables.iter().flat_map(|of| &of.table.points).map(|point| &point.at));
     out += &names.iter().map(|name| format!(",{name}")).collect::<String>();
+    let transfer = tables.iter().any(|of| of.transfers.is_some());
+    if transfer {
+        out += ",transfer_cn_beta_per_rad,transfer_cn_beta_u_per_rad,transfer_cn_r_per_rad,transfer_cn_r_u_per_rad,\
+            transfer_lags,transfer_parameters";
+    }
     out.push('\n');
-    for table in tables {
+    for Reported { table, transfers } in tables {
         for point in &table.points {
             let Point {
                 spring,
@@ -116,7 +122,15 @@ pub fn derivatives(tables: &[Table]) -> Result<()> {
             ];
             let at = names.iter().map(|name| point.at.shown(name));
             let cells = first.into_iter().chain(quantities.into_iter().flatten()).chain(last);
-            out += &row(cells.chain(at));
+            let fitted = transfers.as_ref().map(|all| all.cells(point));
+            let fitted = fitted.into_iter().flat_map(|found| match found {
+                Some((at, lags, numbers)) => {
+                    let columns = [at.cn_beta, at.cn_r].map(|q| quantity(Some(q))).into_iter();
+                    columns.flatten().chain([lags.to_string(), numbers]).collect()
+                }
+                None => vec![String::new(); 6],
+            });
+            out += &row(cells.chain(at).chain(fitted));
         }
     }
     print(&out)

@@ -3,6 +3,7 @@
 use super::common::{bare, print_json, print_line, wrapped, AnalysisArgs};
 use super::csv;
 use super::identify::MethodChoice;
+use super::transfer::{TransferArgs, Transfers};
 use super::typeset::Typeset;
 use crate::answer::{Answer, Drawn, Progress};
 use clap::Args;
@@ -37,6 +38,8 @@ pub struct Derivatives {
     pub method: Vec<MethodChoice>,
     #[command(flatten)]
     pub analysis: AnalysisArgs,
+    #[command(flatten)]
+    pub transfer: TransferArgs,
     /// Print CSV, a row for each point and method, units in the header
     #[arg(long, conflicts_with = "json")]
     pub csv: bool,
@@ -51,46 +54,79 @@ pub struct Derivatives {
 #[derive(Serialize)]
 struct Tables {
     #[serde(flatten)]
-    first: Table,
+    first: Reported,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    others: Vec<Table>,
+    others: Vec<Reported>,
+}
+
+/// A method's table, with its transfer functions where these were asked for.
+#[derive(Serialize)]
+pub struct Reported {
+    #[serde(flatten)]
+    pub table: Table,
+    #[serde(flatten)]
+    pub transfers: Option<Transfers>,
 }
 
 impl Derivatives {
     pub fn run(&self) -> Result<()> {
-        let mut tables = self.tables(&|_, _| {})?;
+        let file = self.file()?;
+        let mut tables = self.tables(&file, &|_, _| {})?;
+        let written = self.written(&file, &tables[0])?;
         if self.csv {
             return csv::derivatives(&tables);
         }
         if let Some(kind) = self.table {
-            let all: Vec<String> = tables.iter().map(|table| kind.of(table)).collect();
+            let all: Vec<String> = tables.iter().map(|of| kind.of(&of.table)).collect();
             return print_line(all.join("\n\n").trim_end());
         }
         if !self.json {
-            return print_line(&tables.iter().map(text).collect::<Vec<_>>().join("\n\n"));
+            let mut all = Vec::new();
+            for (k, Reported { table, transfers }) in tables.iter().enumerate() {
+                all.push(text(table));
+                let written = if k == 0 { &written[..] } else { &[] };
+                all.extend(transfers.as_ref().map(|t| t.text(&file, table, written)));
+            }
+            return print_line(&all.join("\n\n"));
         }
         let first = tables.remove(0);
         print_json(&Tables { first, others: tables })
     }
+
+    /// Of the first method, where a folder is given.
+    fn written(&self, file: &CampaignFile, first: &Reported) -> Result<Vec<PathBuf>> {
+        match (&self.transfer.out, &first.transfers) {
+            (Some(folder), Some(transfers)) => transfers.write(folder, file, &first.table),
+            _ => Ok(Vec::new()),
+        }
+    }
 }
 
 impl Derivatives {
-    fn tables(&self, progress: &Progress) -> Result<Vec<Table>> {
+    /// What was asked for is checked before it is read.
+    fn file(&self) -> Result<CampaignFile> {
+        self.analysis.settings()?;
+        CampaignFile::read(&self.campaign)
+    }
+
+    fn tables(&self, file: &CampaignFile, progress: &Progress) -> Result<Vec<Reported>> {
         let settings = self.analysis.settings()?;
-        let file = CampaignFile::read(&self.campaign)?;
         let methods: Vec<Method> =
             self.method.iter().flat_map(|choice| choice.methods()).copied().collect();
         let all = methods.len() * file.campaign.release.len();
         let done = AtomicUsize::new(0);
         let mut tables = Vec::new();
         for method in methods {
-            tables.push(evaluate(&file, &name(method)?, &|record: &Record| {
+            let table = evaluate(file, &name(method)?, &|record: &Record| {
                 let found = identify(record, &[method], &settings)?;
                 progress(done.fetch_add(1, Ordering::Relaxed) + 1, all);
                 Identified::of(found).ok_or_else(|| {
                     Error::internal(format!("{}: no estimate", record.file.display()))
                 })
-            })?);
+            })?;
+            let transfers =
+                self.transfer.transfer.then(|| Transfers::of(file, &table)).transpose()?;
+            tables.push(Reported { table, transfers });
         }
         Ok(tables)
     }
@@ -100,11 +136,12 @@ impl Derivatives {
     /// # Errors
     /// As [`Self::run`].
     pub fn answer(&self, progress: &Progress) -> Result<Answer> {
-        let mut tables = self.tables(progress)?;
+        let mut tables = self.tables(&self.file()?, progress)?;
         let (first, others) = (tables.remove(0), tables);
+        let table = &first.table;
         let sentence =
-            format!("{} by {}: {} points", first.model, first.method, first.points.len());
-        let drawn = Drawn::Derivatives(Box::new(first.clone()));
+            format!("{} by {}: {} points", table.model, table.method, table.points.len());
+        let drawn = Drawn::Derivatives(Box::new(table.clone()));
         Ok(Answer::new(&Tables { first, others }, sentence)?.drawn_from(drawn))
     }
 }

@@ -36,6 +36,7 @@ mod simulated;
 mod story;
 mod study;
 mod train;
+mod transfer;
 mod trials;
 mod typeset;
 mod workbench;

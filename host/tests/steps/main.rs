@@ -19,5 +19,6 @@ mod several;
 mod simulate;
 mod sources;
 mod train;
+mod transfer;
 mod two_integrators;
 mod walls;

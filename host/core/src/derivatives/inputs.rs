@@ -228,6 +228,11 @@ impl Inputs {
         Modal { natural_frequency_rad_s, damping_ratio }
     }
 
+    pub(super) fn set_modal(&mut self, condition: usize, modal: &Modal) {
+        self.natural_frequency_rad_s[condition] = modal.natural_frequency_rad_s;
+        self.damping_rad_s[condition] = modal.damping_rad_s();
+    }
+
     pub(super) fn wind(&self, condition: usize) -> Wind {
         Wind {
             density_kg_m3: self.density_kg_m3 * self.density_ratio[condition],

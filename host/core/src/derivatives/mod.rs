@@ -16,6 +16,7 @@ pub mod plausible;
 mod propagation;
 mod repeats;
 pub mod table;
+pub mod transfer;
 pub mod validation;
 
 pub use computed::{inertia_kg_m2, Computed};
