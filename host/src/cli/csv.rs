@@ -1,7 +1,7 @@
 //! Results as CSV: one row a result, names and units in the header.
 
 use super::common::print;
-use super::derivatives::Reported;
+use super::transfer::Reported;
 use std::fmt::Write as _;
 use yawrig_base::error::Result;
 use yawrig_campaign::doubted;

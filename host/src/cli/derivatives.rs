@@ -3,7 +3,7 @@
 use super::common::{bare, print_json, print_line, wrapped, AnalysisArgs};
 use super::csv;
 use super::identify::MethodChoice;
-use super::transfer::{TransferArgs, Transfers};
+use super::transfer::{Reported, TransferArgs, Transfers};
 use super::typeset::Typeset;
 use crate::answer::{Answer, Drawn, Progress};
 use clap::Args;
@@ -57,15 +57,6 @@ struct Tables {
     first: Reported,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     others: Vec<Reported>,
-}
-
-/// A method's table, with its transfer functions where these were asked for.
-#[derive(Serialize)]
-pub struct Reported {
-    #[serde(flatten)]
-    pub table: Table,
-    #[serde(flatten)]
-    pub transfers: Option<Transfers>,
 }
 
 impl Derivatives {

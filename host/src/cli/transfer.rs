@@ -33,6 +33,15 @@ pub struct TransferArgs {
     pub out: Option<PathBuf>,
 }
 
+/// A method's table, with its transfer functions where these were asked for.
+#[derive(Serialize)]
+pub struct Reported {
+    #[serde(flatten)]
+    pub table: Table,
+    #[serde(flatten)]
+    pub transfers: Option<Transfers>,
+}
+
 /// The transfer functions of a table: of its first setting that has one, and of the others.
 #[derive(Clone, Serialize)]
 pub struct Transfers {
@@ -111,7 +120,7 @@ impl Transfers {
             let transfer = self.all().find(|transfer| transfer.lags > 0)?;
             let lags = lags(file, table, transfer);
             let numbers = lags.iter().zip(NAMES).map(|(lag, (c, p, _))| {
-                format!("{c}={:.6},{p}={:.6}", lag.moment.value, lag.rate.value)
+                format!("{c}={},{p}={}", digits(lag.moment.value), digits(lag.rate.value))
             });
             let numbers = numbers.collect::<Vec<_>>().join(",");
             let effect = quoted(&format!("{}:{numbers}", path.display()));
@@ -212,50 +221,46 @@ fn in_time(file: &CampaignFile, table: &Table, transfer: &Transfer) -> Vec<Strin
     let each = lags(file, table, transfer).into_iter().enumerate().map(|(k, lag)| {
         let (_, _, x) = NAMES[k];
         format!(
-            "  in time: moment/Izz = {:.4} V^2 {x} rad/s2, d{x}/dt = r - {:.4} V {x}",
-            lag.moment.value, lag.rate.value
+            "  in time: moment/Izz = {} V^2 {x} rad/s2, d{x}/dt = r - {} V {x}",
+            digits(lag.moment.value),
+            digits(lag.rate.value)
         )
     });
     each.collect()
 }
 
+/// Six digits of a number, whatever its size.
+fn digits(x: f64) -> String {
+    format!("{x:.5e}").parse().map_or_else(|_| x.to_string(), |rounded: f64| format!("{rounded:?}"))
+}
+
 /// The lags as an effect of the user's own; none without a lag.
 fn effect(file: &CampaignFile, table: &Table, transfer: &Transfer) -> Option<String> {
-    let lags = lags(file, table, transfer);
-    let term = |k: usize| {
-        let (c, _, x) = NAMES[k];
-        format!("{c} * wind^2 * {x}")
-    };
-    let moment: Vec<String> = (0..lags.len()).map(term).collect();
-    let mut text = format!(
+    let (mut moment, mut states, mut parameters) = (Vec::new(), String::new(), String::new());
+    for (lag, (c, p, x)) in lags(file, table, transfer).iter().zip(NAMES) {
+        moment.push(format!("{c} * wind^2 * {x}"));
+        let _ = write!(
+            states,
+            "[[state]]\nname = \"{x}\"\nunit = \"rad\"\nrate = \"r - {p} * wind * {x}\"   # d{x}/dt\nstart = \"0\"\n"
+        );
+        let ([c_start, p_start], [c_u, p_u]) = (
+            [lag.moment.value, lag.rate.value].map(digits),
+            [lag.moment.u, lag.rate.u].map(digits),
+        );
+        let _ = write!(
+            parameters,
+            "{c} = {{ unit = \"1/m2\", start = {c_start} }}   # u {c_u}\n\
+             {p} = {{ unit = \"1/m\", start = {p_start}, min = 0.0 }}   # u {p_u}\n"
+        );
+    }
+    let text = format!(
         "# The lag of the wind's moment in {}, from its derivatives against reduced frequency.\n\
          # Beside it the model's own natural frequency and damping hold a0 and a1. A fit in which each condition has\n\
          # its own of these does not determine it: the lag shows between the springs.\n\
          id = \"wake_lag\"\ntitle = \"A wind moment that follows the yaw rate late\"\n\
-         moment = \"{}\"   # rad/s2\n",
+         moment = \"{}\"   # rad/s2\n{states}[parameters]\n{parameters}",
         file.path.file_name()?.to_string_lossy().replace('\n', " "),
         moment.join(" + ")
     );
-    for k in 0..lags.len() {
-        let (_, p, x) = NAMES[k];
-        let _ = write!(
-            text,
-            "[[state]]\nname = \"{x}\"\nunit = \"rad\"\nrate = \"r - {p} * wind * {x}\"   # d{x}/dt\nstart = \"0\"\n"
-        );
-    }
-    text += "[parameters]\n";
-    for (k, Lag { moment, rate }) in lags.iter().enumerate() {
-        let (c, p, _) = NAMES[k];
-        let _ = writeln!(
-            text,
-            "{c} = {{ unit = \"1/m2\", start = {:.6} }}   # u {:.2e}",
-            moment.value, moment.u
-        );
-        let _ = writeln!(
-            text,
-            "{p} = {{ unit = \"1/m\", start = {:.6}, min = 0.0 }}   # u {:.2e}",
-            rate.value, rate.u
-        );
-    }
-    (!lags.is_empty()).then_some(text)
+    (!moment.is_empty()).then_some(text)
 }

@@ -10,6 +10,7 @@ mod chance;
 mod fit;
 #[cfg(test)]
 mod tests;
+mod words;
 
 use super::at::At;
 use super::computed::Computed;
@@ -17,7 +18,6 @@ use super::condition::SAME_SPEED;
 use super::inputs::{uncertain, Inputs, Place, Uncertain};
 use crate::quantity::Quantity;
 use cause::{Cause, Motion};
-use chance::in_words;
 use fit::{fits, Columns, Fitted};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -160,23 +160,12 @@ impl Computed<'_> {
             }
         }
         let one = |(at, places): (&At, Vec<usize>)| {
-            let places = self.of_known_error(&uncertain, &places);
             Setting { computed: self, uncertain: &uncertain, places }
+                .of_known_error()
                 .transfer(at)
                 .map_err(|(why, help)| Refused { at: at.clone(), why, help: help.to_owned() })
         };
         settings.into_iter().map(one).collect()
-    }
-
-    /// The places at which the derivatives and their errors are numbers.
-    fn of_known_error(&self, uncertain: &[Uncertain], places: &[usize]) -> Vec<usize> {
-        let is_known = |place: &&usize| {
-            let setting = Setting { computed: self, uncertain, places: vec![**place] };
-            let columns = setting.columns(&self.inputs);
-            let errors = setting.covariance(None);
-            columns.values.iter().chain(errors.iter()).all(|x| x.is_finite())
-        };
-        places.iter().filter(is_known).copied().collect()
     }
 }
 
@@ -188,6 +177,16 @@ struct Setting<'a> {
 }
 
 impl Setting<'_> {
+    /// Without places at which the derivatives or their errors are no numbers.
+    fn of_known_error(mut self) -> Self {
+        let values = self.columns(&self.computed.inputs).values;
+        let errors = self.covariance(None).diagonal();
+        let is_known = |k: usize| (values[k] + errors[k]).is_finite();
+        let mut known = (0..self.places.len()).map(|k| is_known(2 * k) && is_known(2 * k + 1));
+        self.places.retain(|_| known.next() == Some(true));
+        self
+    }
+
     fn place(&self, index: usize) -> &Place {
         &self.computed.layout.places[self.places[index]]
     }
@@ -270,7 +269,7 @@ impl Setting<'_> {
             known
         });
         if different.len() < FEWEST {
-            return Err(too_few(&different));
+            return Err(words::too_few(&different, FEWEST));
         }
         let covariance = |cause: Option<&Cause>| self.covariance(cause);
         let (all, chosen) = fits(&columns, &covariance).ok_or_else(|| {
@@ -320,24 +319,11 @@ impl Setting<'_> {
             chosen: judged(chosen),
             quasi_steady_does: lags == 0 && one_cause,
             one_cause,
-            sentences: sentences(all, lags, one_cause),
+            sentences: words::sentences(all, lags, one_cause),
             curve: (0..CURVE).map(curve).collect(),
             points: (0..self.places.len()).map(point).collect(),
         }
     }
-}
-
-fn too_few(different: &[f64]) -> (String, &'static str) {
-    let each: Vec<String> = different.iter().map(|km| format!("{km:.3}")).collect();
-    let there = match each.len() {
-        0 => "no point of the table has a known error".to_owned(),
-        1 => format!("all points are at one reduced frequency, km {}", each[0]),
-        n => format!("the points are at {n} reduced frequencies only, km {}", each.join(" and ")),
-    };
-    let why = format!(
-        "{there}: how the derivatives go with it shows from {FEWEST} on, 2 % and more apart"
-    );
-    (why, "release on at least three springs, or at three wind speeds, with the wind off and on")
 }
 
 fn judged(fitted: &Fitted) -> Judged {
@@ -355,51 +341,4 @@ fn parameters(fitted: &Fitted, covariance: &DMatrix<f64>) -> Parameters {
     };
     let ((a2, b), (a3, b2)) = (lag(0).unzip(), lag(1).unzip());
     Parameters { a0: Quantity::new(*a0, u(0)), a1: Quantity::new(*a1, u(1)), a2, b, a3, b2 }
-}
-
-/// Whether constant derivatives would do, and whether one causal moment does.
-fn sentences(all: &[Fitted], lags: usize, one_cause: bool) -> Vec<String> {
-    let of = |fitted: &Fitted| {
-        format!(
-            "chi squared {:.1} on {} degrees of freedom, which chance exceeds {}",
-            fitted.chi_squared,
-            fitted.degrees,
-            in_words(fitted.chance())
-        )
-    };
-    let with = |lags: usize| match lags {
-        1 => "one lag".to_owned(),
-        n => format!("{n} lags"),
-    };
-    let chosen = &all[lags];
-    let mut said = vec![match (lags, one_cause) {
-        (0, true) => format!("Quasi-steady derivatives would do: {}.", of(chosen)),
-        (0, false) => {
-            format!(
-                "Quasi-steady derivatives would not do, and no lag betters them: {}.",
-                of(chosen)
-            )
-        }
-        _ => format!(
-            "Quasi-steady derivatives would not do: {}; with {}: {}.",
-            of(&all[0]),
-            with(lags),
-            of(chosen)
-        ),
-    }];
-    if !one_cause {
-        said.push(
-            "One causal moment does not hold both columns within their uncertainties: these are too small, or the \
-             moment is not linear in the angle, or not the same on all springs. The parameters mean little."
-                .to_owned(),
-        );
-    }
-    let beyond = (0..lags).filter(|k| chosen.at_end[2 * k + 3]).count();
-    if beyond > 0 {
-        said.push(format!(
-            "{beyond} of the lags is slower or quicker than what the reduced frequencies measured can show: only its \
-             limit is seen."
-        ));
-    }
-    said
 }
