@@ -1,6 +1,7 @@
 //! `derivatives`: a campaign of releases to the table of aerodynamic derivatives.
 
 use super::common::{bare, print_json, print_line, wrapped, AnalysisArgs};
+use super::critical_speed;
 use super::csv;
 use super::identify::MethodChoice;
 use super::transfer::{Reported, TransferArgs, Transfers};
@@ -162,6 +163,7 @@ fn text(table: &Table) -> String {
         "are one motion. mse: record less the response computed from the derivatives,".to_owned(),
         "mean over both axes' releases, deg2.".to_owned(),
     ]);
+    text.extend(critical_speed::lines(table.critical_speed.as_deref().unwrap_or_default()));
     text.extend(repeats(table));
     text.extend([
         String::new(),

@@ -7,6 +7,7 @@ mod compare;
 mod completions;
 mod condition;
 mod convert;
+mod critical_speed;
 mod csv;
 mod demo;
 mod derivatives;

@@ -2,6 +2,7 @@
 
 use super::campaign::{Campaign, ReleaseEntry};
 use super::condition::{group, Condition, Identified};
+use super::critical;
 use super::inputs::{uncertain, Inputs, Layout};
 use super::propagation::Propagation;
 use super::table::{
@@ -97,6 +98,7 @@ impl<'a> Computed<'a> {
                 .iter()
                 .map(|condition| ConditionRow::of(condition, self.identified))
                 .collect(),
+            critical_speed: critical::speeds(&self.conditions, self.identified),
             releases: self.campaign.release.iter().zip(self.identified).map(row).collect(),
             assumed_zero: assumed_zero(self.campaign),
             notes: self.notes(),

@@ -30,6 +30,9 @@ pub struct Identified {
     /// How wn and zeta go with amplitude, where that is known.
     #[serde(skip)]
     pub at_amplitude: Vec<AtAmplitude>,
+    /// wn and zeta of every three cycles, where the method has them.
+    #[serde(skip)]
+    pub by_window: Vec<AtAmplitude>,
 }
 
 impl Identified {
@@ -48,6 +51,7 @@ impl Identified {
             flags: Vec::new(),
             lacking: Lacking::default(),
             at_amplitude: Vec::new(),
+            by_window: Vec::new(),
         }
     }
 
@@ -71,6 +75,7 @@ impl Identified {
             flags: estimate.flags,
             lacking: mode.lacking,
             at_amplitude: estimate.at_amplitude,
+            by_window: estimate.by_window,
         })
     }
 }

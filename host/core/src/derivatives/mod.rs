@@ -9,6 +9,8 @@ pub mod at;
 pub mod campaign;
 mod computed;
 pub mod condition;
+pub mod critical;
+mod decay_rate;
 mod doubt;
 mod inputs;
 pub(crate) mod line;

@@ -2,6 +2,7 @@
 
 use super::at::At;
 use super::condition::{scatter, Condition, Identified, Scatter};
+use super::critical::CriticalSpeed;
 use super::doubt::Doubt;
 use crate::quantity::Quantity;
 use serde::{Deserialize, Serialize};
@@ -222,6 +223,8 @@ pub struct Table {
     pub points: Vec<Point>,
     /// The means that the derivatives are computed from.
     pub conditions: Vec<ConditionRow>,
+    /// Where damping falls to zero, for each spring and axis where it does; `None` where it does nowhere.
+    pub critical_speed: Option<Vec<CriticalSpeed>>,
     /// In the order of the campaign.
     pub releases: Vec<ReleaseRow>,
     /// Entries of the campaign file left out, whose uncertainty is taken as zero.

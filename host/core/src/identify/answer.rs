@@ -212,6 +212,9 @@ pub struct Estimate {
     /// Least standard deviations any unbiased method could reach in white noise of the residual's size.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cramer_rao: Option<Bound>,
+    /// wn and zeta of every three cycles by least squares, in order of time; not stored.
+    #[serde(skip)]
+    pub by_window: Vec<AtAmplitude>,
     /// What one mode is over all of the window; not stored.
     #[serde(skip)]
     pub one_mode: Option<OneMode>,

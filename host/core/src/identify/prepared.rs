@@ -212,6 +212,19 @@ impl Prepared<'_> {
         windows::at_amplitudes(&self.windows, self.record.measurand.derivative())
     }
 
+    fn by_window(&self) -> Vec<AtAmplitude> {
+        let derivative = self.record.measurand.derivative();
+        let of = |w: &Window| AtAmplitude {
+            amplitude_deg: w.motion_amplitude_deg(derivative),
+            natural_frequency_rad_s: Quantity::new(
+                w.natural_frequency_rad_s,
+                w.natural_frequency_u,
+            ),
+            damping_ratio: Quantity::new(w.damping_ratio, w.damping_ratio_u),
+        };
+        self.windows.iter().map(of).collect()
+    }
+
     /// Least squares over all of the window.
     pub(crate) fn least_squares(&self) -> Result<Values, String> {
         let Some(found) = &self.whole else {
@@ -313,6 +326,10 @@ impl Prepared<'_> {
             at_amplitude: values.at_amplitude,
             flags,
             cramer_rao: values.cramer_rao,
+            by_window: match method {
+                Method::LeastSquares => self.by_window(),
+                Method::Conventional | Method::Network => Vec::new(),
+            },
             one_mode: Some(one_mode),
         })
     }

@@ -1,6 +1,7 @@
 //! Estimator, diagnosis and laws on data of the independent rig.
 
 mod contact_by_side;
+mod critical_speed;
 mod diagnose;
 mod hidden;
 mod law;
