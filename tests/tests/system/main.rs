@@ -18,6 +18,7 @@ mod power_cut_mutations;
 mod qemu;
 mod real_records;
 mod refined_figures;
+mod release_grows;
 mod release_kinds;
 mod release_scenarios;
 mod report;

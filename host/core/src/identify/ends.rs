@@ -72,6 +72,11 @@ impl Search<'_> {
         let after: Vec<f64> =
             self.points[peak..=run.last].iter().map(|p| p.amplitude_deg).collect();
         let beats = rises(&after, after[0]);
+        if grows {
+            // Its largest amplitude may be its last: the two cycles are before that, then.
+            let whole_s = self.points[run.last].time_s + (0.5 - CORE_CYCLES) * self.period;
+            free_s = free_s.min(whole_s);
+        }
         loop {
             let before = self.means.between(free_s - 0.5 * self.period, free_s);
             let Some(motion) = self.continued(free_s, &before, beats) else {
