@@ -5,7 +5,7 @@
 //! that beat rise, too, but turn round smoothly, and fall as fast as they have risen, again and again.
 
 use super::ends::PUSHED_RATIO;
-use super::envelope::{Point, POINTS_PER_CYCLE};
+use super::envelope::{rises, Point, POINTS_PER_CYCLE, RISES};
 use super::release::Search;
 use super::Begin;
 use crate::solver::linear_fit;
@@ -28,12 +28,8 @@ const LEFT: f64 = 0.03;
 const POINTS: usize = 64;
 /// Fewest of them before the release.
 const FEWEST_POINTS: usize = 6;
-/// A rise from the least amplitude so far that is none of a free decay.
-const RISES: f64 = 1.15;
-/// The share of the largest amplitude that has to be left at the release, and that of the amplitude at the
-/// release above which no rise is allowed after it.
+/// The share of the largest amplitude that has to be left at the release.
 const FALLS_TO: f64 = 0.5;
-const RETURNS_TO: f64 = 0.25;
 /// A push's fall takes that many times as long as its rise.
 const FALLS_LONGER: usize = 3;
 /// Share of the amplitude after a push down to which it is a free decay.
@@ -147,15 +143,6 @@ fn squares<const N: usize>(
 ) -> f64 {
     let off = |(t, y): (f64, f64)| y - row(t).iter().zip(x).map(|(r, x)| r * x).sum::<f64>();
     points.map(|point| off(point).powi(2)).sum()
-}
-
-/// Whether amplitudes that begin at `level` rise again before they are small.
-pub(super) fn rises(amplitude: &[f64], level: f64) -> bool {
-    let mut least = f64::INFINITY;
-    amplitude.iter().any(|a| {
-        least = least.min(*a);
-        *a > RETURNS_TO * level && *a > RISES * least
-    })
 }
 
 /// The numbers of the amplitudes at which the last push begins to raise them and has raised them most, if the

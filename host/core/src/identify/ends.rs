@@ -1,8 +1,7 @@
 //! The beginning and the end of a free motion: let go from a hold or a hand, stopped, pushed, or died out.
 
 use super::damped_sinusoid::Mode;
-use super::driven::rises;
-use super::envelope::POINTS_PER_CYCLE;
+use super::envelope::{rises, POINTS_PER_CYCLE};
 use super::flag::Flag;
 use super::free_motion::{FreeMotion, BEATING_CYCLES};
 use super::least_squares;

@@ -18,6 +18,10 @@ const PEAK_STANDS_OUT: f64 = 3.0;
 const CLEAR: f64 = 2.0;
 /// Peaks nearer to each other are one.
 const SAME_PEAK: f64 = 0.1;
+/// A rise from the least amplitude so far that is none of a free decay, and the share of the amplitude it began
+/// at above which none is allowed.
+pub(super) const RISES: f64 = 1.15;
+const RETURNS_TO: f64 = 0.25;
 /// Block means per cycle in which an oscillation is looked at.
 pub(super) const ENVELOPE_MEANS_PER_CYCLE: f64 = 24.0;
 /// Fewest samples of a cycle in which its amplitude is seen: two more than a sinusoid and a constant have
@@ -168,6 +172,15 @@ pub(crate) fn envelope(means: &Stretch<'_>, frequency_rad_s: f64) -> Vec<Point> 
             })
         })
         .collect()
+}
+
+/// Whether amplitudes that begin at `level` rise again before they are small.
+pub(super) fn rises(amplitude: &[f64], level: f64) -> bool {
+    let mut least = f64::INFINITY;
+    amplitude.iter().any(|a| {
+        least = least.min(*a);
+        *a > RETURNS_TO * level && *a > RISES * least
+    })
 }
 
 #[cfg(test)]
