@@ -168,11 +168,14 @@ impl FromStr for Effect {
 impl Parameter {
     fn out_of_range(&self, value: f64) -> String {
         let Self { name, least, most, .. } = self;
-        match (*least == f64::MIN_POSITIVE, *most == f64::MAX) {
-            (true, true) => format!("{name}={value} is not positive and finite"),
-            (true, false) => format!("{name}={value} is not positive and at most {most:.6}"),
-            (false, true) => format!("{name}={value} is not finite"),
-            (false, false) => format!("{name}={value} is not from {least} to {most}"),
+        match (*least, *most == f64::MAX) {
+            (f64::MIN_POSITIVE, true) => format!("{name}={value} is not positive and finite"),
+            (f64::MIN_POSITIVE, false) => {
+                format!("{name}={value} is not positive and at most {most:.6}")
+            }
+            (f64::MIN, true) => format!("{name}={value} is not finite"),
+            (_, true) => format!("{name}={value} is not finite and at least {least}"),
+            (_, false) => format!("{name}={value} is not from {least} to {most}"),
         }
     }
 }

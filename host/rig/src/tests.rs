@@ -66,3 +66,16 @@ fn a_release_starts_where_it_is_held_and_knows_its_truth() {
     assert_eq!(Spring::named("k4").unwrap(), SPRINGS[3]);
     assert!(Spring::named("K9").is_err());
 }
+
+/// A least value without a largest is said as such: the number is finite.
+#[test]
+fn a_value_below_the_least_is_told_the_least() {
+    for (text, says) in [
+        ("first_order_lag:a=4,rate=-1", "rate=-1 is not finite and at least 0.01"),
+        ("first_order_lag:a=nan,rate=3", "a=NaN is not finite"),
+        ("one_sided_stop:k=-1,g=0.1", "k=-1 is not positive and finite"),
+    ] {
+        let error = text.parse::<Effect>().expect_err(text);
+        assert!(error.to_string().ends_with(says), "{error}");
+    }
+}
