@@ -16,7 +16,7 @@ fn of(critical: &CriticalSpeed) -> Vec<String> {
         "Swings by itself from {wind_speed_m_s} m/s on (spring {spring}, axis {axis}{setting})."
     ));
     let terms = critical.terms.join(", ");
-    let law = format!("The decay rate zeta wn is fitted by {terms}; at rest: of small amplitudes.");
+    let law = format!("The decay rate zeta wn is fitted by {terms}; V: wind speed, A: amplitude. Zeta at rest is that of small amplitudes.");
     lines.extend(wrapped(&law, 80, "  "));
     let mut rows = bare(&["V m/s", "zeta at rest", "limit cycle deg"]);
     for at in &critical.damping {

@@ -173,7 +173,9 @@ fn of_setting(file: &CampaignFile, table: &Table, transfer: &Transfer) -> String
     text.extend(in_time(file, table, transfer));
     text.push(String::new());
     text.push(rows(table, transfer).trim_fmt());
-    text.push("off: measured less the transfer function, in the measured one's u.".to_owned());
+    text.push(
+        "off: measured less transfer function, in the measured standard uncertainty.".to_owned(),
+    );
     text.join("\n")
 }
 

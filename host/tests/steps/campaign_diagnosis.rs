@@ -353,7 +353,7 @@ fn the_command_tells_origin_and_derivatives_as_one_json_object() {
     assert!(String::from_utf8_lossy(&out.stderr).contains("campaign.toml, line"));
 }
 
-/// A first-order lag of the wind's moment, which no effect of the library is: x' = r - (b V/l) x. Of each release by
+/// A first-order lag of the wind's moment, which is not tried unasked: x' = r - (b V/l) x. Of each release by
 /// itself the second-order model explains all but its first cycle or two, or all.
 #[test]
 fn a_campaign_of_linear_rigs_whose_wind_lags_names_no_effect() {

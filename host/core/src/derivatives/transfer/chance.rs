@@ -5,7 +5,7 @@
 pub(super) const RARE: f64 = 0.01;
 
 /// How often chance exceeds this chi squared of an even number of degrees of freedom.
-pub(super) fn of_chi_squared(chi_squared: f64, degrees: usize) -> f64 {
+pub(super) fn chi_squared_tail(chi_squared: f64, degrees: usize) -> f64 {
     let half = 0.5 * chi_squared.max(0.0);
     // Logarithms, for many degrees.
     let mut log_term = -half;
@@ -18,7 +18,7 @@ pub(super) fn of_chi_squared(chi_squared: f64, degrees: usize) -> f64 {
 }
 
 /// How often chance exceeds this F of an even number of degrees over another number of them.
-pub(super) fn of_f(f: f64, over: usize, under: usize) -> f64 {
+pub(super) fn f_tail(f: f64, over: usize, under: usize) -> f64 {
     let (m, d) = (over as f64, under as f64);
     let x = d / (d + m * f.max(0.0));
     let (mut term, mut sum) = (1.0, 1.0);
@@ -57,7 +57,7 @@ mod tests {
             (36.123_3, 14, 0.001),
             (124.342, 100, 0.05),
         ] {
-            assert!((of_chi_squared(chi, degrees) / p - 1.0).abs() < 1e-4, "{chi}");
+            assert!((chi_squared_tail(chi, degrees) / p - 1.0).abs() < 1e-4, "{chi}");
         }
         for (f, over, under, p) in [
             (6.9266, 2, 12, 0.01),
@@ -65,12 +65,12 @@ mod tests {
             (3.8853, 2, 12, 0.05),
             (99.0, 2, 2, 0.01),
         ] {
-            assert!((of_f(f, over, under) / p - 1.0).abs() < 1e-4, "{f}");
+            assert!((f_tail(f, over, under) / p - 1.0).abs() < 1e-4, "{f}");
         }
         // Not lost in rounding.
-        assert!((of_chi_squared(4000.0, 4000) - 0.5).abs() < 0.01);
-        assert_eq!([of_chi_squared(1e9, 14), of_chi_squared(0.0, 14)], [0.0, 1.0]);
-        assert!((of_f(4.0, 4, 1_000_000) - of_chi_squared(16.0, 4)).abs() < 1e-5);
+        assert!((chi_squared_tail(4000.0, 4000) - 0.5).abs() < 0.01);
+        assert_eq!([chi_squared_tail(1e9, 14), chi_squared_tail(0.0, 14)], [0.0, 1.0]);
+        assert!((f_tail(4.0, 4, 1_000_000) - chi_squared_tail(16.0, 4)).abs() < 1e-5);
     }
 
     #[test]

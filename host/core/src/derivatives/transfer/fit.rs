@@ -38,7 +38,7 @@ pub(super) struct Fitted {
 
 impl Fitted {
     pub(super) fn chance(&self) -> f64 {
-        chance::of_chi_squared(self.chi_squared, self.degrees)
+        chance::chi_squared_tail(self.chi_squared, self.degrees)
     }
 
     /// By how much the columns scatter more than stated, where that is more than chance (Birge's ratio).
@@ -57,9 +57,9 @@ impl Fitted {
         let by_chance = match self.chance() < chance::RARE {
             true => {
                 let left = self.chi_squared / self.degrees as f64;
-                chance::of_f(gained / further as f64 / left, further, self.degrees)
+                chance::f_tail(gained / further as f64 / left, further, self.degrees)
             }
-            false => chance::of_chi_squared(gained, further),
+            false => chance::chi_squared_tail(gained, further),
         };
         by_chance < chance::RARE
     }

@@ -36,7 +36,7 @@ pub(super) fn sentences(all: &[Fitted], lags: usize, one_cause: bool) -> Vec<Str
         (0, true) => format!("Quasi-steady derivatives would do: {}.", of(chosen)),
         (0, false) => {
             format!(
-                "Quasi-steady derivatives would not do, and no lag betters them: {}.",
+                "Quasi-steady derivatives would not do, and no lag does better: {}.",
                 of(chosen)
             )
         }
@@ -57,8 +57,8 @@ pub(super) fn sentences(all: &[Fitted], lags: usize, one_cause: bool) -> Vec<Str
     let beyond = (0..lags).filter(|k| chosen.at_end[2 * k + 3]).count();
     if beyond > 0 {
         said.push(format!(
-            "{beyond} of the lags is slower or quicker than what the reduced frequencies measured can show: only its \
-             limit is seen."
+            "{} slower or quicker than what the reduced frequencies measured can show: only a limit is seen.",
+            if beyond == 1 { "One lag is" } else { "Both lags are" }
         ));
     }
     said
