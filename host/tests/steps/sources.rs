@@ -6,7 +6,7 @@ use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Output};
 
-fn yawrig(folder: &Path, words: &[&str]) -> Output {
+pub fn yawrig(folder: &Path, words: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_yawrig"))
         .current_dir(folder)
         .args(words)

@@ -3,9 +3,10 @@
 //! `cargo test --release -p yawrig --test steps transfer:: -- --nocapture`.
 
 use crate::by_hand::{self, per_izz, Made, Planted, LENGTH_M};
+use crate::sources;
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 const SPRINGS: [(&str, f64); 8] = [
     ("K1", 119.0),
@@ -44,18 +45,12 @@ fn campaign(folder: &Path, springs: &[(&str, f64)], a2: f64, seed: u64) {
 }
 
 fn yawrig(folder: &Path, words: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_yawrig"))
-        .args(words.split(' '))
-        .current_dir(folder)
-        .output()
-        .unwrap()
+    sources::yawrig(folder, &words.split(' ').collect::<Vec<_>>())
 }
 
 fn transfer(folder: &Path) -> Value {
-    let output = yawrig(folder, "derivatives campaign.toml --transfer --json");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let said: Value = serde_json::from_slice(&output.stdout).unwrap();
-    said["transfer"].clone()
+    sources::json(folder, &["derivatives", "campaign.toml", "--transfer", "--json"])["transfer"]
+        .take()
 }
 
 fn number(value: &Value) -> f64 {

@@ -1,4 +1,4 @@
-//! Where a release begins that grows to a limit cycle, or decays to one: planted by an integrator of this file.
+//! Where a release begins that grows to a limit cycle, or decays to one: planted by another integrator than the fit's.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -6,6 +6,7 @@ use rand_distr::{Distribution, Normal};
 use std::f64::consts::{PI, TAU};
 use yawrig_core::identify::{identify, Begin, Method, Settings};
 use yawrig_core::record::Record;
+use yawrig_rig::runge_kutta;
 
 const RATE_HZ: f64 = 100.0;
 const RECORDS: u64 = 64;
@@ -55,13 +56,7 @@ impl Release {
             let read = state[0] * 180.0 / PI + noise.sample(random);
             yaw_deg.push((read / 0.02).round() * 0.02);
             for _ in 0..if k < held { 0 } else { 5 } {
-                let along = |by: [f64; 2], h: f64| [state[0] + h * by[0], state[1] + h * by[1]];
-                let a = slope(state);
-                let b = slope(along(a, 0.5 * h));
-                let d = slope(along(b, 0.5 * h));
-                let e = slope(along(d, h));
-                let mean = |i: usize| (a[i] + 2.0 * b[i] + 2.0 * d[i] + e[i]) / 6.0;
-                state = along([mean(0), mean(1)], h);
+                state = runge_kutta(state, h, |_, state| slope(state));
             }
         }
         let time_s = (0..yaw_deg.len()).map(|k| k as f64 / RATE_HZ).collect();

@@ -1,4 +1,4 @@
-//! Where the free decay begins after what a rig is done to: planted by an integrator of this file.
+//! Where the free decay begins after what a rig is done to: planted by another integrator than the fit's.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -6,6 +6,7 @@ use rand_distr::{Distribution, Normal};
 use std::f64::consts::TAU;
 use yawrig_core::identify::{identify, Begin, Identification, Method, Settings};
 use yawrig_core::record::Record;
+use yawrig_rig::runge_kutta;
 
 /// Natural frequency of all rigs: a cycle is a second.
 const WN: f64 = TAU;
@@ -34,13 +35,7 @@ fn swing(zeta: f64, start: f64, cycles: f64, acts: impl Fn(f64) -> Acts) -> Vec<
             state = [at, 0.0];
         }
         motion.push(state[0]);
-        let along = |by: [f64; 2], h: f64| [state[0] + h * by[0], state[1] + h * by[1]];
-        let a = slope(state, t);
-        let b = slope(along(a, 0.5 * step), t + 0.5 * step);
-        let c = slope(along(b, 0.5 * step), t + 0.5 * step);
-        let d = slope(along(c, step), t + step);
-        let mean = |i: usize| (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]) / 6.0;
-        state = along([mean(0), mean(1)], step);
+        state = runge_kutta(state, step, |after, state| slope(state, t + after));
     }
     let at = |k: usize| {
         let place = k as f64 / RATE_HZ / step;

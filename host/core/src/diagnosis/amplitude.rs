@@ -5,6 +5,7 @@
 //! measurement is: whatever the windows do to one they do to the other.
 
 use crate::fit::at_amplitude::windows_of;
+use crate::fit::at_amplitude::AtAmplitude;
 use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::identify::windows::Window;
@@ -87,12 +88,16 @@ pub fn picture(decay: &FreeDecay, models: &[(&str, &Fitted)]) -> AmplitudePictur
 
 fn points(decay: &FreeDecay, yaw_rad: &[f64]) -> Vec<AmplitudePoint> {
     let derivative = decay.measurand.derivative();
-    let of = |w: &Window| AmplitudePoint {
-        time_s: 0.5 * (w.from_s + w.to_s),
-        amplitude_deg: w.motion_amplitude_deg(derivative),
-        natural_frequency_rad_s: Quantity::new(w.natural_frequency_rad_s, w.natural_frequency_u),
-        damping_ratio: Quantity::new(w.damping_ratio, w.damping_ratio_u),
-        midline_deg: Quantity::new(w.midline_deg, w.midline_u_deg),
+    let of = |w: &Window| {
+        let AtAmplitude { amplitude_deg, natural_frequency_rad_s, damping_ratio } =
+            w.at_amplitude(derivative);
+        AmplitudePoint {
+            time_s: 0.5 * (w.from_s + w.to_s),
+            amplitude_deg,
+            natural_frequency_rad_s,
+            damping_ratio,
+            midline_deg: Quantity::new(w.midline_deg, w.midline_u_deg),
+        }
     };
     windows_of(decay, yaw_rad).iter().map(of).collect()
 }

@@ -1,6 +1,6 @@
 //! A soft stop at either end, - k (|b| - g) sign(b) beyond |b| > g.
 
-use super::law::{not_negative, numbers, Card, Equation, Law, Parameter, Scale, Seen};
+use super::law::{at_shares, not_negative, numbers, Card, Equation, Law, Parameter, Scale, Seen};
 use super::terms::{Moment, State, Terms};
 
 pub(super) struct EndStop;
@@ -23,7 +23,7 @@ impl Law for EndStop {
     }
 
     fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
-        STOPS.map(|share| vec![0.0, share * seen.scale.amplitude_rad]).to_vec()
+        at_shares(&STOPS, seen)
     }
 
     fn write(&self, p: &[f64], terms: &mut Terms) {

@@ -1,7 +1,7 @@
 //! Elasto-plastic part of the spring, - h z with z' = r - |r| z / y (Bouc-Wen with n = 1: Y. K. Wen, J. Eng.
 //! Mech. Div. 102, 1976): a spring of stiffness h that yields at y.
 
-use super::law::{not_negative, numbers, within, Card, Equation, Law, Parameter, Scale, Seen};
+use super::law::{at_shares, not_negative, numbers, within, Card, Equation, Law, Parameter, Scale, Seen};
 use super::memory::Memory;
 use super::terms::Terms;
 use crate::quantity::Quantity;
@@ -42,7 +42,7 @@ impl Law for Hysteresis {
     }
 
     fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
-        YIELDS.map(|share| vec![0.0, share * seen.scale.amplitude_rad]).to_vec()
+        at_shares(&YIELDS, seen)
     }
 
     fn write(&self, p: &[f64], terms: &mut Terms) {

@@ -373,6 +373,11 @@ pub(super) const fn within(
     Parameter { name: Cow::Borrowed(name), unit: Cow::Borrowed(unit), min, max }
 }
 
+/// Starts of a strength and a length: none of the one, these shares of the amplitude of the other.
+pub(super) fn at_shares(shares: &[f64], seen: &Seen) -> Vec<Vec<f64>> {
+    shares.iter().map(|share| vec![0.0, share * seen.scale.amplitude_rad]).collect()
+}
+
 /// The first `N` numbers, to be named.
 #[inline]
 pub(super) fn numbers<const N: usize>(p: &[f64]) -> [f64; N] {

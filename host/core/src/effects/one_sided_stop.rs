@@ -1,6 +1,6 @@
 //! A soft stop at one end, - k (b - g) beyond g: above where g is positive, below where it is negative.
 
-use super::law::{any, not_negative, numbers, Card, Equation, Law, Parameter, Scale, Seen};
+use super::law::{at_shares, any, not_negative, numbers, Card, Equation, Law, Parameter, Scale, Seen};
 use super::terms::{Moment, State, Terms};
 
 pub(super) struct OneSidedStop;
@@ -23,7 +23,7 @@ impl Law for OneSidedStop {
     }
 
     fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
-        STOPS.map(|share| vec![0.0, share * seen.scale.amplitude_rad]).to_vec()
+        at_shares(&STOPS, seen)
     }
 
     fn write(&self, p: &[f64], terms: &mut Terms) {

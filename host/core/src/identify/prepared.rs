@@ -214,15 +214,7 @@ impl Prepared<'_> {
 
     fn by_window(&self) -> Vec<AtAmplitude> {
         let derivative = self.record.measurand.derivative();
-        let of = |w: &Window| AtAmplitude {
-            amplitude_deg: w.motion_amplitude_deg(derivative),
-            natural_frequency_rad_s: Quantity::new(
-                w.natural_frequency_rad_s,
-                w.natural_frequency_u,
-            ),
-            damping_ratio: Quantity::new(w.damping_ratio, w.damping_ratio_u),
-        };
-        self.windows.iter().map(of).collect()
+        self.windows.iter().map(|w| w.at_amplitude(derivative)).collect()
     }
 
     /// Least squares over all of the window.

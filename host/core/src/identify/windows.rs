@@ -53,6 +53,18 @@ impl Window {
         derivative.of_motion(self.amplitude_deg, self.natural_frequency_rad_s)
     }
 
+    /// wn and zeta at that amplitude.
+    pub(crate) fn at_amplitude(&self, derivative: Derivative) -> AtAmplitude {
+        AtAmplitude {
+            amplitude_deg: self.motion_amplitude_deg(derivative),
+            natural_frequency_rad_s: Quantity::new(
+                self.natural_frequency_rad_s,
+                self.natural_frequency_u,
+            ),
+            damping_ratio: Quantity::new(self.damping_ratio, self.damping_ratio_u),
+        }
+    }
+
     /// Share of the motion that the fit explains, white noise of the given standard deviation taken off both.
     pub(crate) fn explained(&self, white_noise_deg: f64) -> f64 {
         let white = white_noise_deg.powi(2);

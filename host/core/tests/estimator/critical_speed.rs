@@ -9,6 +9,7 @@ use yawrig_core::derivatives::critical::CriticalSpeed;
 use yawrig_core::derivatives::Computed;
 use yawrig_core::identify::{identify, Method, Settings};
 use yawrig_core::record::Record;
+use yawrig_rig::runge_kutta;
 use yawrig_shared::axis::Axis;
 
 /// b'' = -wn^2 b - (s0 - s1 V + c b^2) r.
@@ -51,20 +52,13 @@ impl Planted {
             let damping = self.s0_1_s - self.s1_1_m * wind_m_s + self.c_1_s * b * b;
             [r, -self.natural_frequency_rad_s.powi(2) * b - damping * r]
         };
-        let off = |x: [f64; 2], k: [f64; 2], h: f64| [x[0] + h * k[0], x[1] + h * k[1]];
         let (mut x, h) = ([RELEASED_DEG.to_radians(), 0.0], 0.2 / RATE_HZ);
         let mut angles = Vec::new();
         for step in 0..(seconds * RATE_HZ * 5.0) as usize {
             if step % 5 == 0 {
                 angles.push(x[0].to_degrees());
             }
-            let k1 = rate(x);
-            let k2 = rate(off(x, k1, 0.5 * h));
-            let k3 = rate(off(x, k2, 0.5 * h));
-            let k4 = rate(off(x, k3, h));
-            for i in 0..2 {
-                x[i] += h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]);
-            }
+            x = runge_kutta(x, h, |_, x| rate(x));
         }
         angles
     }

@@ -1,9 +1,10 @@
-//! A release by an integration of its own.
+//! A release by another integrator than the fit's.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use yawrig_core::record::Record;
+use yawrig_rig::runge_kutta;
 
 /// Of a rig with this state, its first number the yaw angle, rad, and the slope of that: held for 1 s, then let go.
 /// Runge-Kutta steps of a tenth of a millisecond, 1 kHz, noise 0.05 deg, 0.005 deg a count.
@@ -14,7 +15,6 @@ pub fn let_go<const N: usize>(
     seed: u64,
 ) -> Record {
     const STEP_S: f64 = 1e-4;
-    let on = |x: [f64; N], k: [f64; N], h: f64| std::array::from_fn(|i| x[i] + h * k[i]);
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut record = Record::new(format!("let-go-{seed}"), vec![], vec![]);
     for k in 0..(seconds / STEP_S) as usize {
@@ -25,13 +25,7 @@ pub fn let_go<const N: usize>(
             record.yaw_deg.push(((x[0].to_degrees() + 0.05 * noise) / 0.005).round() * 0.005);
         }
         if t >= 1.0 {
-            let k1 = slope(x);
-            let k2 = slope(on(x, k1, 0.5 * STEP_S));
-            let k3 = slope(on(x, k2, 0.5 * STEP_S));
-            let k4 = slope(on(x, k3, STEP_S));
-            let mean: [f64; N] =
-                std::array::from_fn(|i| (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]) / 6.0);
-            x = on(x, mean, STEP_S);
+            x = runge_kutta(x, STEP_S, |_, x| slope(x));
         }
     }
     record
