@@ -38,7 +38,7 @@ fn the_printed_commands_make_the_model_of_a_stop_on_one_side() {
 
 /// A moment that follows late, 4 x with x' = r - 3 x, in releases on two springs at once.
 #[test]
-fn a_lag_is_added_by_its_name_to_a_model_of_two_springs() {
+fn a_lag_of_two_springs_is_named_and_added_by_the_printed_commands() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let made = Made {
@@ -57,8 +57,9 @@ fn a_lag_is_added_by_its_name_to_a_model_of_two_springs() {
         damping_ratio: 0.006,
     };
     campaign(folder, &made, &planted);
-    json(folder, &["fit", "campaign.toml", "--json"]);
-    let added = json(folder, &["add", "first_order_lag", "--json"]);
+    let found = json(folder, &["diagnose", "campaign.toml", "--json"]);
+    assert_eq!(found["effects"], serde_json::json!(["first_order_lag"]));
+    let added = run(folder, &found);
     println!(
         "residual {:.3}, held out {:.3}",
         added["residual_over_noise"].as_f64().unwrap(),

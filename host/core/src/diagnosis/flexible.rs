@@ -4,14 +4,16 @@
 use crate::at_once::AtOnce;
 use crate::diagnosis::guards::Refusal;
 use crate::diagnosis::likelihood::{
-    beyond, evidence, is_explained, may_rival, DECISIVE, NEAR_NOISE,
+    beyond, evidence, is_explained, may_rival, BREADTH, DECISIVE, FROM_AFAR, NEAR_NOISE,
 };
 use crate::diagnosis::search_start::library;
+use crate::effects::Effect;
 use crate::fit::about_rest::added;
-use crate::fit::fitting::Fitted;
+use crate::fit::fitting::{fit_near, refitted, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::linear_gain::Screen;
 use crate::quantity::Quantity;
+use yawrig_expression::all_ready_made;
 
 /// Whether what bends in `model` bends to what an effect with a name of its own is.
 pub(super) fn is_simple(model: &Fitted, decay: &FreeDecay) -> bool {
@@ -46,6 +48,7 @@ pub(super) fn instead(
     let gain = |larger: &Fitted| evidence(accepted, larger, larger.effective_count());
     let screens: Vec<Screen> =
         inner.into_iter().map_at_once(|inner| Screen::new(decay, inner)).collect();
+    let late = late(decay, plain, accepted, singles, refused);
     screens
         .iter()
         .flat_map(|screen| flexible.iter().map(move |effect| (screen, effect)))
@@ -53,6 +56,7 @@ pub(super) fn instead(
             may_rival(screen, effect, accepted).then(|| added(decay, screen.inner, effect))
         })
         .flatten()
+        .chain(late)
         .filter(|larger| larger.converged && !is_simple(larger, decay))
         .map(|larger| (gain(&larger), larger))
         .filter(|(gain, larger)| {
@@ -61,4 +65,42 @@ pub(super) fn instead(
         })
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, larger)| larger)
+}
+
+/// `plain`, alone or with the effect of one of the best of `singles`, and a moment that follows late, where that
+/// explains the record: such effects are slow, and one is fitted only where a linear step says that it may be as
+/// good as `accepted`.
+fn late(
+    decay: &FreeDecay,
+    plain: &Fitted,
+    accepted: &Fitted,
+    singles: &[Fitted],
+    refused: &[Refusal],
+) -> Vec<Fitted> {
+    if is_explained(plain, decay) {
+        return Vec::new();
+    }
+    let mut best: Vec<&Fitted> = singles.iter().filter(|single| single.converged).collect();
+    best.sort_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares));
+    best.truncate(BREADTH);
+    best.insert(0, plain);
+    let known = |effect: &Effect| {
+        plain.structure.effects.contains(effect) || refused.iter().any(|r| r.effect == *effect)
+    };
+    let ready_made = all_ready_made().iter().cloned().map(Effect::Own);
+    let ready_made: Vec<Effect> = ready_made.filter(|effect| !known(effect)).collect();
+    let with = |inner: &Fitted, effect: &Effect| {
+        let begun = Screen::new(decay, inner).begun_with(effect)?;
+        if begun.left > FROM_AFAR * accepted.sum_of_squares {
+            return None;
+        }
+        let quick = fit_near(decay, &begun.structure, &begun.parameters, inner.count);
+        is_explained(&quick, decay).then(|| {
+            let structure = Structure { swift: false, ..begun.structure };
+            refitted(decay, &structure, &quick.parameters)
+        })
+    };
+    let pairs = best.into_iter().flat_map(|inner| ready_made.iter().map(move |e| (inner, e)));
+    let pairs: Vec<(&Fitted, &Effect)> = pairs.collect();
+    pairs.into_iter().map_at_once(|(inner, effect)| with(inner, effect)).flatten().collect()
 }

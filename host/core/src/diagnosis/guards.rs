@@ -32,9 +32,9 @@ pub(super) fn refusal(model: &Fitted, decay: &FreeDecay, there: &[Effect]) -> Op
         .or_else(|| feeding(model, decay, there))
 }
 
-/// A line that is none. A second mode nearer to the natural frequency than its own line is wide, or at two or
-/// three times that and dying out as that power of the amplitude does; a periodic moment that the record does
-/// not distinguish from two or three times that.
+/// A line that is none. A second mode nearer to the natural frequency than its own line is wide, or not
+/// distinguished from two or three times that and dying out as that power of the amplitude does; a periodic
+/// moment that the record does not distinguish from two or three times that.
 fn no_line(model: &Fitted, decay: &FreeDecay, there: &[Effect]) -> Option<Refusal> {
     let mut new = model.structure.effects.iter().filter(|e| !there.contains(e));
     new.find_map(|effect| no_line_of(effect, model, decay))
@@ -70,7 +70,8 @@ fn no_line_of(effect: &Effect, model: &Fitted, decay: &FreeDecay) -> Option<Refu
             "{w} = {w_rad_s:.4} rad/s is nearer to the natural frequency than its line is wide: it stands for what varies with the amplitude, no mode"
         ));
     }
-    let order = harmonic(&|k| (w_rad_s / wn_rad_s / k - 1.0).abs() < HARMONIC)?;
+    let is_near = |k: f64| (w_rad_s / wn_rad_s / k - 1.0).abs() < HARMONIC;
+    let order = harmonic(&|k| is_near(k) || frequency.holds(k * wn_rad_s, CHANCE))?;
     let of_model = |w: &WindowEstimate| decay.measurand.of_model(w.amplitude_deg);
     let amplitudes = decay.windows.iter().map(of_model).chain([decay.amplitude_rad]);
     let zetas = amplitudes.map(|a| model.parameters[1] + losses(model, a).iter().sum::<f64>());
@@ -247,33 +248,33 @@ mod tests {
 
     #[test]
     fn a_line_at_a_harmonic_that_dies_out_as_one_is_none_nor_one_at_the_natural_frequency() {
-        // Of a mode its damping ratio, of a periodic moment the uncertainty of its frequency.
-        for (effect, w_rad_s, number, refused) in [
-            (Effect::SecondMode, 14.02, 0.012, true),
-            (Effect::SecondMode, 21.0, 0.011, true),
-            (Effect::SecondMode, 14.3, 0.012, false),
-            (Effect::SecondMode, 14.0, 0.003, false),
-            (Effect::SecondMode, 7.05, 0.03, true),
-            (Effect::SecondMode, 7.4, 0.01, false),
-            (Effect::HarmonicForcing, 21.1, 0.05, true),
-            (Effect::HarmonicForcing, 21.1, 0.02, false),
-            (Effect::HarmonicForcing, 17.0, 0.05, false),
+        // Frequency and its uncertainty, and of a mode the damping ratio.
+        for (effect, w_rad_s, u, zeta2, refused) in [
+            (Effect::SecondMode, 14.02, 1e-4, 0.012, true),
+            (Effect::SecondMode, 21.0, 1e-4, 0.011, true),
+            (Effect::SecondMode, 14.3, 1e-4, 0.012, false),
+            (Effect::SecondMode, 14.3, 0.15, 0.012, true),
+            (Effect::SecondMode, 14.0, 1e-4, 0.003, false),
+            (Effect::SecondMode, 7.05, 1e-4, 0.03, true),
+            (Effect::SecondMode, 7.4, 1e-4, 0.01, false),
+            (Effect::HarmonicForcing, 21.1, 0.05, 0.1, true),
+            (Effect::HarmonicForcing, 21.1, 0.02, 0.1, false),
+            (Effect::HarmonicForcing, 17.0, 0.05, 0.1, false),
         ] {
             let (_, decay) = model(0.0114, &[], 0.0, 0.0);
             let structure = Structure { effects: vec![effect.clone()], ..Structure::default() };
             let mut p = vec![7.0, 0.0114, 0.2, 0.0];
             let users = effect.parameters().iter().map(|p| match &*p.name {
                 "w2" | "w" => w_rad_s,
-                "zeta2" => number,
+                "zeta2" => zeta2,
                 _ => 0.1,
             });
             p.extend(effect.varied(&users.collect::<Vec<f64>>()));
-            let variance = if effect == Effect::SecondMode { 1e-8 } else { number * number };
             let white = (0..1000).map(|k| if k % 2 == 0 { 1e-4 } else { -1e-4 }).collect();
-            let covariance = DMatrix::identity(p.len(), p.len()) * variance;
+            let covariance = DMatrix::identity(p.len(), p.len()) * (u * u);
             let model = Fitted::new(structure, p, white, true, Some(covariance), decay.around());
             let found = no_line(&model, &decay, &[]).map(|r| r.reason);
-            assert_eq!(found.is_some(), refused, "{effect} {w_rad_s} {number}: {found:?}");
+            assert_eq!(found.is_some(), refused, "{effect} {w_rad_s} {u} {zeta2}: {found:?}");
         }
     }
 

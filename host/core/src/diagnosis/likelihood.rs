@@ -24,7 +24,7 @@ pub(crate) const NEAR_NOISE: f64 = 1.5;
 pub(super) const DECISIVE: f64 = 3.0 * bic::MARGIN;
 /// Sum of squares that a linear step from farther off leaves, over that of a model, for it to be tried in
 /// that model's place.
-const FROM_AFAR: f64 = 3.0;
+pub(super) const FROM_AFAR: f64 = 3.0;
 
 /// Difference of BIC in favour of `larger`, on `effective` independent residuals.
 pub(crate) fn evidence(smaller: &Fitted, larger: &Fitted, effective: f64) -> f64 {

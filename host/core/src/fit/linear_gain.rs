@@ -1,7 +1,8 @@
 //! What adding an effect would gain, from one linear step: a screen that costs one evaluation.
 
+use crate::at_once::AtOnce;
 use crate::effects::Effect;
-use crate::fit::fitting::Fitted;
+use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::problem::{problem_of_one, Release};
 use crate::solver::{Normal, Problem, Rows};
@@ -62,6 +63,40 @@ impl<'a> Screen<'a> {
         }
         best
     }
+
+    /// With an effect of one's own whose whole moment is in proportion to one of its numbers: from none of it,
+    /// the others at that one of its starts from which a linear step leaves the least. By fixed steps.
+    pub(crate) fn begun_with(&self, effect: &Effect) -> Option<Begun> {
+        let Self { decay, inner, .. } = *self;
+        let Effect::Own(own) = effect else { return None };
+        let size = inner.parameters.len() + own.size_parameter()?;
+        let structure = Structure { swift: true, ..inner.structure.with(effect) };
+        let begun = |start: Vec<f64>| {
+            let mut p = [&inner.parameters[..], &start].concat();
+            p[size] = 0.0;
+            let problem = problem_of_one(Release { decay, count: inner.count }, &structure, &p);
+            let (residuals, by_size) = problem.parts[0].linearised_by(&p, &[size]);
+            let places: Vec<usize> = self.free.iter().copied().chain([size]).collect();
+            let columns: Vec<&[f64]> =
+                self.columns.iter().chain(&by_size).map(Vec::as_slice).collect();
+            let mut normal = Normal::new(p.len());
+            normal.part(&residuals, &places, &columns);
+            let (gain, step) = step_at(&normal, &places)?;
+            places.iter().zip(step).for_each(|(&at, by)| p[at] += by);
+            let left = (inner.sum_of_squares - gain * decay.noise_rad.powi(2)).max(0.0);
+            Some(Begun { structure: structure.clone(), parameters: p, left })
+        };
+        let all = crate::fit::starts::of(decay, inner, effect).into_iter().map_at_once(begun);
+        all.flatten().min_by(|a, b| a.left.total_cmp(&b.left))
+    }
+}
+
+/// A model with an effect, where one linear step leads.
+pub(crate) struct Begun {
+    pub(crate) structure: Structure,
+    pub(crate) parameters: Vec<f64>,
+    /// Sum of squares that the step leaves, rad2.
+    pub(crate) left: f64,
 }
 
 /// By how much one linear step from `p` lowers the sum of squares of `problem`, and how many numbers beyond
@@ -76,12 +111,18 @@ fn gain_at(normal: &Normal, n: usize, bounds: (f64, f64)) -> Option<(f64, usize)
     let (a, g) = (normal.matrix(), normal.gradient());
     let only_up = bounds.0 == 0.0;
     let used: Vec<usize> = (0..g.len()).filter(|&i| i < n || a[(i, i)] > 0.0).collect();
-    let mut part = a.select_rows(&used).select_columns(&used);
-    for i in 0..used.len() {
+    let (gain, step) = step_at(normal, &used)?;
+    let inward = !only_up || used.len() <= n || step[n] > 0.0;
+    inward.then(|| (gain, used.len() - n))
+}
+
+/// The linear step itself by the numbers at `places`, and by how much it lowers the sum of squares.
+fn step_at(normal: &Normal, places: &[usize]) -> Option<(f64, Vec<f64>)> {
+    let mut part = normal.matrix().select_rows(places).select_columns(places);
+    let g = normal.gradient().select_rows(places);
+    for i in 0..places.len() {
         part[(i, i)] *= 1.0 + 1e-10;
     }
-    let g = g.select_rows(&used);
     let step = Cholesky::new(part)?.solve(&g);
-    let inward = !only_up || used.len() <= n || -step[n] > 0.0;
-    inward.then(|| (step.dot(&g), used.len() - n))
+    Some((step.dot(&g), step.iter().map(|s| -s).collect()))
 }

@@ -4,7 +4,9 @@
 
 use crate::let_go::let_go;
 use std::path::Path;
+use std::slice::from_ref;
 use std::sync::Arc;
+use yawrig_core::diagnosis::diagnose::{diagnose, Grouping, Options, Status};
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::{fit_added, fit_plain, held_out_over_noise, Fitted};
 use yawrig_core::fit::free_decay::FreeDecay;
@@ -79,4 +81,46 @@ fn a_lag_of_angle_and_one_of_rate_are_found_again() {
         }
     }
     assert!(outside <= 2, "{outside} of 16");
+}
+
+/// Lags planted alone and beside another effect, from 12 deg at 7.5 rad/s: named unasked, with their numbers. Those
+/// of a release go together, so the lags' sizes are counted: of six two or more are outside k = 2 in 3 % of such
+/// tests. The third lag is faint: plain, it leaves 1.6 times the noise, and of ten records of it eight are named.
+#[test]
+fn a_moment_that_follows_late_is_named_unasked() {
+    type Beside = fn(f64, f64) -> f64;
+    let none: Beside = |_, _| 0.0;
+    let cube: Beside = |b, _| -60.0 * b.powi(3);
+    let drag: Beside = |_, r| -0.5 * r * r.abs();
+    let mut outside = 0;
+    for ([a, rate], beside, name, planted, seed) in [
+        ([4.0, 3.0], none, "", 0.0, 31),
+        ([2.0, 1.0], none, "", 0.0, 32),
+        ([6.0, 8.0], none, "", 0.0, 37),
+        ([4.0, 3.0], cube, "cubic_stiffness.k3", 60.0, 34),
+        ([2.0, 1.0], cube, "cubic_stiffness.k3", 60.0, 35),
+        ([4.0, 3.0], drag, "quadratic_damping.d", 0.5, 36),
+    ] {
+        let slope = |[b, r, x]: [f64; 3]| {
+            [r, -56.25 * b - 2.0 * 0.006 * 7.5 * r - a * x + beside(b, r), r - rate * x]
+        };
+        let record = let_go([12f64.to_radians(), 0.0, 0.0], slope, 17.0, seed);
+        let found = diagnose(from_ref(&record), &Grouping::default(), &Options::default()).unwrap();
+        let found = found.diagnosis;
+        let last = found.steps.last().expect("a step");
+        let names: Vec<&str> = found.effects.iter().map(Effect::id).collect();
+        println!("{:?} {names:?} {:.3}", found.status, last.residual_over_noise);
+        let mut expected = vec!["first_order_lag"];
+        expected.extend(name.split('.').next().filter(|id| !id.is_empty()));
+        assert_eq!(found.status, Status::Explained);
+        assert!(names.len() == expected.len() && expected.iter().all(|id| names.contains(id)));
+        let all = [("first_order_lag.a", a), ("first_order_lag.rate", rate), (name, planted)];
+        for (number, truth) in all.into_iter().filter(|(number, _)| !number.is_empty()) {
+            let q = last.parameters[number];
+            let off = (q.value - truth) / q.u;
+            println!("  {number} {:.5} ± {:.5}, off by {off:.2} u", q.value, q.u);
+            outside += u32::from(number.ends_with(".a") && off.abs() > 2.0);
+        }
+    }
+    assert!(outside < 2, "{outside} of six");
 }
