@@ -23,6 +23,8 @@ pub struct Answer {
     pub json: String,
     /// The verdict.
     pub sentence: String,
+    /// What is printed without `--json`, of one record; empty where that is not made.
+    pub text: String,
     drawn: Drawn,
     fits: OnceLock<Vec<OfRecord>>,
 }
@@ -72,7 +74,13 @@ impl Answer {
     pub fn new(object: &impl Serialize, sentence: String) -> Result<Self> {
         let json = serde_json::to_string(object)
             .map_err(|e| Error::internal(format!("cannot write JSON: {e}")))?;
-        Ok(Self { json, sentence, drawn: Drawn::Nothing, fits: OnceLock::new() })
+        let text = String::new();
+        Ok(Self { json, sentence, text, drawn: Drawn::Nothing, fits: OnceLock::new() })
+    }
+
+    /// With what is printed.
+    pub fn printed(self, text: String) -> Self {
+        Self { text, ..self }
     }
 
     /// With what it is drawn from.
@@ -84,6 +92,14 @@ impl Answer {
     pub fn made(&self) -> Option<&Record> {
         match &self.drawn {
             Drawn::Made(record) => Some(record),
+            _ => None,
+        }
+    }
+
+    /// Of `diagnose` about records.
+    pub fn diagnosed(&self) -> Option<&Diagnosed> {
+        match &self.drawn {
+            Drawn::Diagnosed(_, diagnosed) => Some(diagnosed),
             _ => None,
         }
     }

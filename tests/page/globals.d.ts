@@ -25,6 +25,8 @@ interface ModelEffect { effect: string; title: string; parameters: Parameter[] }
 interface Model {
   file: string; exists: boolean; edited: boolean; changed_records: string[]; read_only: string | null;
   fault: Fault | null; effects: ModelEffect[]; ticks_changed: boolean;
+  /** Of a page that keeps no model: nothing is added to it. */
+  keeps_none?: true;
 }
 interface Overall {
   over_noise: number | null; held_out: number | null; held_out_is: string;
@@ -236,13 +238,29 @@ interface Posts {
   "/api/preview": { body: { release: number | null; form: OwnForm }; answer: { error: OwnFault } | OwnLaw };
 }
 
-// The page (index.html, and what the scripts put there). `pure.test.js` holds the names against it.
+// What a page without a server is told beside that (host/web).
+
+/** What a verb prints, with and without --json. */
+interface Printed {
+  text: string; sentence: string; shown: { natural_frequency_rad_s: string | null; damping_ratio: string | null } | null;
+  json: { status?: Status; steps?: { residual_over_noise: number }[] };
+}
+/** yawrig compiled to WebAssembly, as wasm-bindgen makes it. */
+declare module "*/yawrig.js" {
+  export function initSync(what: { module: WebAssembly.Module }): unknown;
+  export function begin(says: (text: string) => void): void;
+  export function take(name: string, bytes: Uint8Array): string;
+  export function answer(path: string, asked: string): string;
+}
+
+// The page (index.html, static.html, and what the scripts put there). `pure.test.js` holds the names against it.
 
 type ButtonId = "cancel-button" | "diagnose-button" | "fit-button" | "help-button" | "law-button" | "live-button" | "live-close"
   | "live-connect" | "live-mark" | "live-record" | "measure-back" | "measure-begin" | "measure-skip" | "open-button" | "replay-play"
-  | "tab-derivatives" | "tab-effects" | "tab-own" | "together-button" | "uncut-button" | "own-try" | "own-add" | "own-save";
+  | "tab-derivatives" | "tab-effects" | "tab-own" | "together-button" | "uncut-button" | "own-try" | "own-add" | "own-save"
+  | "save-identify" | "save-diagnose";
 type DialogId = "campaign-dialog" | "drop-dialog" | "help" | "open-dialog";
-type InputId = "live-note" | "measure-file" | "measure-spring" | "measure-wind" | "replay-time";
+type InputId = "open-file" | "live-note" | "measure-file" | "measure-spring" | "measure-wind" | "replay-time";
 type SelectId = "live-device" | "live-session" | "live-source" | "live-speed" | "measure-axis" | "measure-what" | "replay-place"
   | "replay-speed";
 type TableId = "measure-points";

@@ -2,6 +2,7 @@
 //! progress for a program to show, files written whole or by one at a time, and Ctrl-C.
 #![forbid(unsafe_code)]
 
+pub mod built;
 pub mod error;
 pub mod files;
 pub mod interrupt;

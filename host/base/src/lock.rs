@@ -64,6 +64,16 @@ mod system {
     }
 }
 
+/// A browser's module has no files.
+#[cfg(target_family = "wasm")]
+mod system {
+    use super::{File, OpenOptions, Path, Result};
+
+    pub fn open(options: &OpenOptions, path: &Path) -> Result<Option<File>> {
+        options.open(path).map(Some)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

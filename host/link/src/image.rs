@@ -1,11 +1,8 @@
 //! The ARM image: found, or built from the sources it stands beside.
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
 use yawrig_base::error::{Error, Result};
-use yawrig_base::interrupt;
-use yawrig_base::settings;
+use yawrig_base::{built, settings};
 
 /// The boards' workspaces, where this program was built; none of a program that is given away
 /// (`tests/release`).
@@ -60,31 +57,5 @@ fn build(script: &Path) -> Result<PathBuf> {
             ),
         )
     };
-    let mut child = Command::new(script)
-        .arg(BOARD)
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .map_err(|e| fail(&e.to_string()))?;
-    // Both pipes are read at once, so that neither fills while the other is waited for.
-    let mut messages = child.stderr.take();
-    let reading = std::thread::spawn(move || {
-        let mut text = String::new();
-        if let Some(pipe) = &mut messages {
-            let _ = pipe.read_to_string(&mut text);
-        }
-        text
-    });
-    let output = child.wait_with_output().map_err(|e| fail(&e.to_string()))?;
-    let messages = reading.join().unwrap_or_default();
-    interrupt::check()?;
-    if !output.status.success() {
-        return Err(fail(&format!("it said\n{}", messages.trim_end())));
-    }
-    let path = String::from_utf8_lossy(&output.stdout).trim().to_owned();
-    match Path::new(&path).is_file() {
-        true => Ok(PathBuf::from(path)),
-        false => Err(fail(&format!("it names '{path}', which is not there"))),
-    }
+    built::by(script, &[BOARD], fail)
 }

@@ -6,6 +6,8 @@
 #[doc = include_str!("../README.md")]
 pub struct Readme;
 
+#[cfg(target_family = "wasm")]
+mod absent;
 mod archive;
 mod asked;
 mod clock;
@@ -15,6 +17,7 @@ mod csv_file;
 mod cut;
 pub mod format;
 mod grid;
+#[cfg(not(target_family = "wasm"))]
 mod hdf5;
 mod header;
 mod kept;
@@ -23,6 +26,7 @@ mod lvm;
 mod mat;
 mod names;
 mod once;
+#[cfg(not(target_family = "wasm"))]
 mod parquet_file;
 pub mod place;
 mod quantity;
@@ -44,6 +48,10 @@ pub use source::{content, content_when_read, holds, Content};
 pub use table::{Channel, Selection};
 pub use units::TimeUnit;
 
+#[cfg(target_family = "wasm")]
+use absent as hdf5;
+#[cfg(target_family = "wasm")]
+use absent as parquet_file;
 use place::{Part, Times};
 use quantity::Meant;
 use std::ops::Range;
@@ -209,6 +217,17 @@ fn release(record: &Record, parts: &[Range<usize>], number: usize) -> Result<Rec
 pub fn channels(file: &Path) -> Result<Vec<Channel>> {
     let (format, bytes) = source::read(file)?;
     format::channels(source::shown(file), format, bytes)
+}
+
+/// From now on these are the bytes of `file`, which is on no disk: a browser hands them over, and the file is
+/// read by its name like any other.
+///
+/// # Errors
+/// Exit 3 where what was compressed by itself (gzip) cannot be inflated.
+pub fn hold(file: &Path, bytes: Vec<u8>) -> Result<()> {
+    source::hold(file, bytes)?;
+    once::forget(file);
+    Ok(())
 }
 
 /// How many releases a file holds, read as `selection` says.

@@ -65,6 +65,11 @@ pub(super) fn whole(
     Ok(whole)
 }
 
+/// What was read of `file` is no longer so.
+pub(super) fn forget(file: &Path) {
+    READ.lock().unwrap_or_else(PoisonError::into_inner).retain(|(known, _)| known.file != file);
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -78,6 +78,12 @@ fn identity(m: &std::fs::Metadata) -> [i64; 4] {
     [m.creation_time() as i64, 0, 0, 0]
 }
 
+/// A browser's module has no files.
+#[cfg(target_family = "wasm")]
+fn identity(_: &std::fs::Metadata) -> [i64; 4] {
+    [0; 4]
+}
+
 /// What messages call `file`, until [`said`] has them say it as the user does.
 pub(super) fn shown(file: &Path) -> &Path {
     if place::is_standard_input(file) {
@@ -117,6 +123,16 @@ pub(super) fn read(file: &Path) -> Result<(Format, Bytes)> {
     Ok((format, bytes))
 }
 
+/// Takes these in as what `file` gives.
+///
+/// # Errors
+/// Exit 3 where what was compressed by itself cannot be inflated.
+pub(super) fn hold(file: &Path, bytes: Vec<u8>) -> Result<()> {
+    let bytes = whole(file, bytes, std::io::empty())?;
+    taken_in().insert(file.to_owned(), bytes.into());
+    Ok(())
+}
+
 /// Of a pipe, for which another program may be long: read by a thread of its own, so that Ctrl-C ends the
 /// wait.
 fn read_as_it_comes(file: &Path) -> Result<(Format, Bytes)> {
@@ -134,10 +150,7 @@ fn read_as_it_comes(file: &Path) -> Result<(Format, Bytes)> {
 
 fn read_now(file: &Path) -> Result<(Format, Bytes)> {
     let shown = shown(file);
-    let fail = |e: &dyn Display| {
-        Error::data(format!("cannot read {}: {e}", shown.display()))
-            .help("give the path of a record")
-    };
+    let fail = |e: &dyn Display| cannot_read(shown, e);
     let (mut from, size): (Box<dyn Read>, u64) = if place::is_standard_input(file) {
         (Box::new(std::io::stdin()), 0)
     } else if file.is_dir() {
@@ -154,21 +167,34 @@ fn read_now(file: &Path) -> Result<(Format, Bytes)> {
     };
     let mut bytes = Vec::with_capacity(usize::try_from(size).unwrap_or(0));
     from.by_ref().take(HEAD).read_to_end(&mut bytes).map_err(|e| fail(&e))?;
-    if bytes.starts_with(GZIP) {
-        let compressed = std::io::Cursor::new(std::mem::take(&mut bytes)).chain(from);
-        // One after the other, as `gzip` reads them.
-        let mut inflated = MultiGzDecoder::new(compressed).take(LARGEST + 1);
-        inflated.read_to_end(&mut bytes).map_err(|e| fail(&e))?;
-        if bytes.len() as u64 > LARGEST {
-            return Err(fail(&format!("it holds more than {} MiB", LARGEST >> 20)));
-        }
-        let format = format::of(shown, &bytes[..bytes.len().min(HEAD as usize)])?;
-        return Ok((format, bytes.into()));
-    }
     // A device may never end.
-    let format = format::of(shown, &bytes)?;
-    from.read_to_end(&mut bytes).map_err(|e| fail(&e))?;
-    Ok((format, bytes.into()))
+    if !bytes.starts_with(GZIP) {
+        format::of(shown, &bytes)?;
+    }
+    let bytes = whole(shown, bytes, from)?;
+    Ok((format::of(shown, &bytes[..bytes.len().min(HEAD as usize)])?, bytes.into()))
+}
+
+/// What begins with `head` and goes on with `rest`, inflated where it was compressed by itself.
+fn whole(shown: &Path, head: Vec<u8>, mut rest: impl Read) -> Result<Vec<u8>> {
+    let fail = |e: &dyn Display| cannot_read(shown, e);
+    let mut bytes = head;
+    if !bytes.starts_with(GZIP) {
+        rest.read_to_end(&mut bytes).map_err(|e| fail(&e))?;
+        return Ok(bytes);
+    }
+    let compressed = std::io::Cursor::new(std::mem::take(&mut bytes)).chain(rest);
+    // One after the other, as `gzip` reads them.
+    let mut inflated = MultiGzDecoder::new(compressed).take(LARGEST + 1);
+    inflated.read_to_end(&mut bytes).map_err(|e| fail(&e))?;
+    match bytes.len() as u64 > LARGEST {
+        true => Err(fail(&format!("it holds more than {} MiB", LARGEST >> 20))),
+        false => Ok(bytes),
+    }
+}
+
+fn cannot_read(shown: &Path, why: &dyn Display) -> Error {
+    Error::data(format!("cannot read {}: {why}", shown.display())).help("give the path of a record")
 }
 
 /// What is in `file`, a record or any other, now; read only where it is not as this process has read it. None

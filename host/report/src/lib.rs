@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 mod beside;
+pub mod channels;
 pub mod charts;
 mod conditions;
 mod criticism;
@@ -14,6 +15,7 @@ mod of_campaign;
 mod of_model;
 mod of_models;
 mod of_records;
+pub mod panels;
 pub mod plot;
 mod sections;
 mod table;
@@ -21,6 +23,7 @@ pub mod trace;
 mod transfer;
 mod trust;
 pub mod units;
+pub mod view;
 pub mod xlsx;
 
 pub use of_campaign::{of_campaign, of_table, Also};

@@ -1,4 +1,4 @@
-//! What several verbs share: the `--device` option, bars and JSON on stdout.
+//! What several verbs share: options, bars and JSON on stdout.
 
 use super::choices::{Decay, SpectralPeak};
 use clap::Args;
@@ -14,38 +14,10 @@ use yawrig_campaign::simulated::refuse_existing;
 use yawrig_core::effects::{Effect, MOST_OWN};
 use yawrig_core::identify::conventional;
 use yawrig_core::identify::Settings;
-use yawrig_link::bench::{Bench, Target};
-use yawrig_link::image;
 use yawrig_model::effects;
 
 /// Version of every JSON object this program prints.
 pub const SCHEMA_VERSION: u32 = 1;
-
-#[derive(Args, Debug, Clone)]
-pub struct DeviceArg {
-    /// `emulated` (the firmware in this process), `qemu` (the ARM image on an emulated
-    /// Cortex-M4F) or a serial port's path
-    #[arg(long, value_name = "DEVICE", default_value = "emulated", global = true)]
-    pub device: Target,
-}
-
-impl DeviceArg {
-    /// Starts or opens it; where it is emulated, says where another shell finds it.
-    pub fn open(&self) -> Result<Bench> {
-        if self.device == Target::Qemu && image::takes_a_minute() {
-            crate::say!("building the ARM image (the first time takes a minute)");
-        }
-        let bench = Bench::open(&self.device)?;
-        if !matches!(self.device, Target::Port(_)) {
-            crate::say!(
-                "device: {} at {path}; from another shell: yawrig monitor --device {path}",
-                self.device,
-                path = bench.shared_path()
-            );
-        }
-        Ok(bench)
-    }
-}
 
 /// How releases are analysed.
 #[derive(Args, Debug, Clone)]

@@ -1,6 +1,7 @@
 //! `yawrig demo`: the main job from training to the table of derivatives.
 
-use super::common::{bare, print_json, print_line, within, writable, DeviceArg, SCHEMA_VERSION};
+use super::common::{bare, print_json, print_line, within, writable, SCHEMA_VERSION};
+use super::device_arg::DeviceArg;
 use super::model::asked;
 use super::story::Riddle;
 use super::train::teach;

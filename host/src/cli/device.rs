@@ -1,6 +1,7 @@
 //! `yawrig device`: a device's firmware, protocol, network and slots.
 
-use super::common::{network_id, print_json, print_line, DeviceArg, SCHEMA_VERSION};
+use super::common::{network_id, print_json, print_line, SCHEMA_VERSION};
+use super::device_arg::DeviceArg;
 use clap::{Args, Subcommand};
 use serde_json::{json, Value};
 use std::path::PathBuf;

@@ -18,6 +18,10 @@ use clap::Args;
 use json::object;
 use outcome::Outcome;
 use std::path::{Path, PathBuf};
+#[cfg(not(target_family = "wasm"))]
+use std::time::Instant;
+#[cfg(target_family = "wasm")]
+use web_time::Instant;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
 use yawrig_campaign::CampaignFile;
@@ -99,6 +103,12 @@ impl Diagnose {
         if self.judge.json {
             return print_json(&object(&outcome, &files));
         }
+        print_line(&self.text(&outcome, &files)?)
+    }
+
+    /// What is printed; `files` hold the law's formulas.
+    fn text(&self, outcome: &Outcome, files: &[PathBuf]) -> Result<String> {
+        let diagnosis = &outcome.diagnosed.diagnosis;
         let reading = self.release.selection()?;
         let records: Vec<PathBuf> = outcome.records.iter().map(|r| r.file.clone()).collect();
         let measure = law::command(&records, &reading, false);
@@ -111,13 +121,14 @@ impl Diagnose {
         if records.len() == 1 && diagnosis.lacks_more() {
             text += &format!("\n\nwhat is left may be a law that can be measured: {measure}");
         }
-        if let Some(law) = outcome.law.and_then(|found| law::in_short(&found, &files, &measure)) {
+        let law = outcome.law.as_ref().and_then(|found| law::in_short(found, files, &measure));
+        if let Some(law) = law {
             text += &format!("\n\n{law}");
         }
         if !outcome.commands.is_empty() {
             text += &format!("\n\n{}", commands::lines(&outcome.commands));
         }
-        print_line(&text)
+        Ok(text)
     }
 
     /// The answer about these records in memory, or, where there are none, about the files. Nothing is
@@ -135,7 +146,8 @@ impl Diagnose {
         let commands = if from_files { self.commands(&outcome)? } else { Vec::new() };
         let outcome = Outcome { commands, ..outcome };
         let d = &outcome.diagnosed.diagnosis;
-        let answer = Answer::new(&object(&outcome, &[]), d.verdict(outcome.model))?;
+        let answer = Answer::new(&object(&outcome, &[]), d.verdict(outcome.model))?
+            .printed(self.text(&outcome, &[])?);
         Ok(match outcome.records.is_empty() {
             true => answer,
             false => answer.drawn_from(Drawn::Diagnosed(outcome.records, outcome.diagnosed.into())),
@@ -234,7 +246,7 @@ impl Diagnose {
 
     /// `with_law`: the law of a record that nothing explains is measured.
     fn judged(&self, case: Case, with_law: bool) -> Result<Outcome> {
-        let begin = std::time::Instant::now();
+        let begin = Instant::now();
         let (records, campaign, diagnosed, options) = match case {
             Case::Records(records, options) => {
                 let grouping = Grouping::Rig(self.common()?);

@@ -1,6 +1,7 @@
 //! `yawrig flash`: write a network to a device.
 
-use super::common::{bar, network_id, print_json, print_line, DeviceArg, SCHEMA_VERSION};
+use super::common::{bar, network_id, print_json, print_line, SCHEMA_VERSION};
+use super::device_arg::DeviceArg;
 use clap::Args;
 use indicatif::ProgressBar;
 use std::path::PathBuf;

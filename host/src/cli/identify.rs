@@ -174,10 +174,11 @@ impl Identify {
                 with_range(zeta, first.damping_ratio_range),
             ];
             let sentence = format!("natural frequency {of_wn} rad/s, damping ratio {of_zeta}");
+            let text = table(&found, WINDOWS_SHOWN);
             let object =
                 Object { schema_version: SCHEMA_VERSION, records: vec![found], refused: vec![] };
             let drawn = Drawn::Identified(Box::new(records.remove(0)), [wn.value, zeta.value]);
-            return Ok(answer::Answer::new(&object, sentence)?.drawn_from(drawn));
+            return Ok(answer::Answer::new(&object, sentence)?.printed(text).drawn_from(drawn));
         }
         let done = AtomicUsize::new(0);
         let each = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, records.len());

@@ -1,55 +1,85 @@
 //! The command line: one file a verb, each from arguments to a library call.
 
-mod campaign;
 mod choices;
 mod common;
 mod compare;
-mod completions;
-mod condition;
-mod convert;
 mod critical_speed;
 mod csv;
-mod demo;
 mod derivatives;
-mod device;
 mod diagnose;
 mod diagnosis_text;
-mod doctor;
-mod effects;
-mod export;
 mod fit;
-mod flash;
-mod history;
 mod identify;
-mod keygen;
-mod keys;
 mod law;
 mod model;
-mod monitor;
 mod plan;
-mod ports;
 mod releases;
-mod replay;
-mod report;
 mod roll;
 mod simulate;
 mod simulated;
-mod story;
-mod study;
-mod train;
 mod transfer;
 mod trials;
 mod typeset;
+
+// What needs a whole system, its files, devices and terminal: a browser has none of them.
+#[cfg(not(target_family = "wasm"))]
+mod campaign;
+#[cfg(not(target_family = "wasm"))]
+mod completions;
+#[cfg(not(target_family = "wasm"))]
+mod condition;
+#[cfg(not(target_family = "wasm"))]
+mod convert;
+#[cfg(not(target_family = "wasm"))]
+mod demo;
+#[cfg(not(target_family = "wasm"))]
+mod device;
+#[cfg(not(target_family = "wasm"))]
+mod device_arg;
+#[cfg(not(target_family = "wasm"))]
+mod doctor;
+#[cfg(not(target_family = "wasm"))]
+mod effects;
+#[cfg(not(target_family = "wasm"))]
+mod export;
+#[cfg(not(target_family = "wasm"))]
+mod flash;
+#[cfg(not(target_family = "wasm"))]
+mod history;
+#[cfg(not(target_family = "wasm"))]
+mod keygen;
+#[cfg(not(target_family = "wasm"))]
+mod keys;
+#[cfg(not(target_family = "wasm"))]
+mod monitor;
+#[cfg(not(target_family = "wasm"))]
+mod ports;
+#[cfg(not(target_family = "wasm"))]
+mod replay;
+#[cfg(not(target_family = "wasm"))]
+mod report;
+#[cfg(not(target_family = "wasm"))]
+mod story;
+#[cfg(not(target_family = "wasm"))]
+mod study;
+#[cfg(not(target_family = "wasm"))]
+mod train;
+#[cfg(not(target_family = "wasm"))]
 mod workbench;
 
 use crate::answer::{Answer, Progress};
+#[cfg(not(target_family = "wasm"))]
 use crate::flags::named;
-use clap::{Args, Command, CommandFactory, Parser, Subcommand};
+use clap::{Args, Command};
+#[cfg(not(target_family = "wasm"))]
+use clap::{CommandFactory, Parser, Subcommand};
 use yawrig_base::error::{Error, Result};
 use yawrig_core::record::Record;
+#[cfg(not(target_family = "wasm"))]
 use yawrig_model::revise::quoted;
 
 /// Natural frequency, damping and aerodynamic derivatives from a yawing wind-tunnel model.
+#[cfg(not(target_family = "wasm"))]
 #[derive(Parser, Debug)]
 #[command(version, about, max_term_width = 80)]
 pub struct Cli {
@@ -57,6 +87,7 @@ pub struct Cli {
     pub verb: Verb,
 }
 
+#[cfg(not(target_family = "wasm"))]
 #[derive(Subcommand, Debug)]
 pub enum Verb {
     Demo(demo::Demo),
@@ -111,15 +142,24 @@ pub fn answer(
         "diagnose" => parsed::<diagnose::Diagnose>(arguments)?.answer(records),
         "compare" => parsed::<compare::Compare>(arguments)?.answer(records),
         "law" => parsed::<law::Law>(arguments)?.answer(records),
+        #[cfg(not(target_family = "wasm"))]
+        "simulate" | "derivatives" | "plan" | "fit" => with_files(verb, arguments, progress),
+        other => Err(Error::usage(format!("{other} answers on the command line only"))),
+    }
+}
+
+/// Of verbs that read or write other files than records, or make them.
+#[cfg(not(target_family = "wasm"))]
+fn with_files(verb: &str, arguments: &[String], progress: &Progress) -> Result<Answer> {
+    match verb {
         "simulate" => parsed::<simulate::Simulate>(arguments)?.answer(),
         "derivatives" => parsed::<derivatives::Derivatives>(arguments)?.answer(progress),
         "plan" => parsed::<plan::Plan>(arguments)?.answer(progress),
-        "fit" => {
+        _ => {
             let command = ["yawrig fit".to_owned()].into_iter();
             let command: Vec<String> = command.chain(arguments.iter().map(|a| quoted(a))).collect();
             parsed::<fit::Fit>(arguments)?.answer(command.join(" "))
         }
-        other => Err(Error::usage(format!("{other} answers on the command line only"))),
     }
 }
 
@@ -135,6 +175,7 @@ fn parsed<T: Args>(arguments: &[String]) -> Result<T> {
 }
 
 /// Runs one verb: results on stdout, progress and messages on stderr.
+#[cfg(not(target_family = "wasm"))]
 pub fn run(cli: Cli) -> Result<()> {
     let done = match cli.verb {
         Verb::Derivatives(verb) => verb.run(),

@@ -2,8 +2,9 @@
 
 mod shown;
 
-use super::common::{within, DeviceArg};
+use super::common::within;
 use super::condition::ConditionArgs;
+use super::device_arg::DeviceArg;
 use super::keys;
 use clap::Args;
 use shown::Shown;

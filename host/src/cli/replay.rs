@@ -1,6 +1,7 @@
 //! `yawrig replay`: play a record into a device as its potentiometer.
 
-use super::common::{print_json, print_line, within, DeviceArg, SCHEMA_VERSION};
+use super::common::{print_json, print_line, within, SCHEMA_VERSION};
+use super::device_arg::DeviceArg;
 use super::flash::Bar;
 use super::releases::ReleaseArg;
 use clap::Args;

@@ -1,6 +1,7 @@
 //! The riddle of `demo --hidden`: its steps as commands, and all of them taken at once.
 
-use super::common::{bare, print_json, print_line, writable, DeviceArg};
+use super::common::{bare, print_json, print_line, writable};
+use super::device_arg::DeviceArg;
 use super::flash;
 use super::model::asked;
 use super::train::teach;

@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use yawrig_base::error::Result;
 use yawrig_campaign::simulated::CAMPAIGN_FILE;
 use yawrig_model::document::DEFAULT;
+use yawrig_model::revise::quoted;
 use yawrig_workbench::ServeOptions;
 
 /// Criticise a model by hand, on a page that this machine serves to its own browser.
@@ -39,6 +40,10 @@ pub struct Workbench {
     /// Open the page in the browser
     #[arg(long)]
     pub open: bool,
+    /// Write the page that needs no server into this folder instead: records are dropped on it and judged by
+    /// the browser itself
+    #[arg(long = "static", value_name = "FOLDER", conflicts_with_all = ["files", "model", "effects", "unknown_zero", "port", "allow_remote", "device", "open"])]
+    pub still: Option<PathBuf>,
 }
 
 /// A folder stands for the model or the campaign in it, or else for its records.
@@ -56,6 +61,14 @@ fn opened(files: &[PathBuf]) -> Result<Vec<PathBuf>> {
 
 impl Workbench {
     pub fn run(&self) -> Result<()> {
+        if let Some(folder) = &self.still {
+            let page = yawrig_workbench::write_still(folder)?;
+            crate::say!(
+                "any web server shows it; on this machine: python3 -m http.server --directory {}",
+                quoted(&folder.display().to_string())
+            );
+            return print_line(&page.display().to_string());
+        }
         let options = ServeOptions {
             files: opened(&self.files)?,
             model: self.model.clone(),

@@ -13,9 +13,14 @@ export function take(opened, failed) {
     event.preventDefault();
     document.body.classList.remove("dropping");
     for (const file of event.dataTransfer?.files ?? []) {
-      try { await answered(await send("/api/drop", file), opened); } catch (error) { failed(error); }
+      try { await taken(file, opened); } catch (error) { failed(error); }
     }
   });
+}
+
+/** Hands a file over and opens it. @param {File} file @param {Choose} opened */
+export async function taken(file, opened) {
+  await answered(await send("/api/drop", file), opened);
 }
 
 /** @param {string} file @param {Reading} reading @param {Choose} opened */

@@ -262,7 +262,7 @@ const BLANK = " ";
 function drawTime() {
   const c = seen.curves;
   const fault = seen.fault ? `${seen.fault.message}\n${seen.fault.help || ""}` : null;
-  plots.overlay.say(seen.release === null ? "No record is open.\nStart yawrig workbench with records, or press Open." : c ? null : fault || "reading …");
+  plots.overlay.say(seen.release === null ? by("plot-overlay").dataset.empty || "No record is open.\nStart yawrig workbench with records, or press Open." : c ? null : fault || "reading …");
   drawEnds();
   if (!c) {
     plots.overlay.set([[]], []); plots.residual.set([[]], []); plots.residual.say(BLANK);

@@ -20,6 +20,7 @@ use yawrig_base::error::{Error, Exit};
 use yawrig_campaign::plan::Wanted;
 use yawrig_records::place::Times;
 use yawrig_records::Selection;
+use yawrig_report::channels;
 
 type Answer = std::result::Result<Json<Value>, Refused>;
 
@@ -172,7 +173,7 @@ pub async fn dropped(
 ) -> Answer {
     aside(app, move |_| {
         let file = dropped::kept(&of.name, &bytes)?;
-        dropped::asked(&file, &Selection::default())
+        channels::asked(&file, &Selection::default())
     })
     .await
 }
@@ -185,7 +186,7 @@ pub struct AsRead {
 
 /// Whether a file can be read so.
 pub async fn as_read(State(app): State<Arc<App>>, Json(asked): Json<AsRead>) -> Answer {
-    aside(app, move |_| dropped::asked(Path::new(&asked.file), &asked.reading)).await
+    aside(app, move |_| channels::asked(Path::new(&asked.file), &asked.reading)).await
 }
 
 /// History of a device for a page that has just been opened.

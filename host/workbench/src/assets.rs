@@ -21,6 +21,35 @@ macro_rules! script {
     };
 }
 
+/// What the page that needs no server has in it, and no other page.
+pub const STILL_MARK: &str = "<title>yawrig</title>";
+
+/// The files of the page that needs no server, but for the module.
+pub fn still() -> Vec<(&'static str, Asset)> {
+    let own = [
+        ("index.html", asset!("text/html; charset=utf-8", "static.html")),
+        ("static.css", asset!("text/css; charset=utf-8", "static.css")),
+        ("static.js", script!("static")),
+        ("backend.js", script!("backend")),
+        ("worker.js", script!("worker")),
+        // A worker in the server's place.
+        ("talk.js", script!("talk-worker")),
+    ];
+    let shared = [
+        "workbench.css",
+        "uplot.css",
+        "uplot.js",
+        "plots.js",
+        "panels.js",
+        "effects.js",
+        "dropped.js",
+        "elements.js",
+        "icon.svg",
+    ];
+    let named = |name: &'static str| at(&format!("/{name}")).map(|asset| (name, asset));
+    own.into_iter().chain(shared.into_iter().filter_map(named)).collect()
+}
+
 /// The file at `path` of the page's address.
 pub fn at(path: &str) -> Option<Asset> {
     Some(match path {
@@ -31,6 +60,7 @@ pub fn at(path: &str) -> Option<Asset> {
         "/plots.js" => script!("plots"),
         "/workbench.js" => script!("workbench"),
         "/talk.js" => script!("talk"),
+        "/elements.js" => script!("elements"),
         "/panels.js" => script!("panels"),
         "/releases.js" => script!("releases"),
         "/dropped.js" => script!("dropped"),

@@ -1,7 +1,6 @@
 //! The folder that the program was started in: what can be opened there, and what is read of a record.
 
 use super::app::App;
-use super::view::Loaded;
 use serde_json::{json, Value};
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
@@ -9,6 +8,7 @@ use yawrig_model::document::RecordEntry;
 use yawrig_model::records;
 use yawrig_records::place::{parted, with_part, Part, Times};
 use yawrig_records::{format, Selection};
+use yawrig_report::view::Loaded;
 
 /// Records and campaigns in the folder the program was started in.
 ///

@@ -4,7 +4,6 @@ use super::app::App;
 use super::law;
 use super::session::{Session, Standing, Together};
 use super::shown_law::about;
-use super::view::{options, Ghost, Loaded, View};
 use super::work::Job;
 use rayon::prelude::*;
 use serde_json::json;
@@ -14,13 +13,14 @@ use std::sync::Arc;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
 use yawrig_base::settings;
-use yawrig_core::diagnosis::diagnose::{self, Diagnosed, Grouping, SECOND_ORDER};
+use yawrig_core::diagnosis::diagnose::{self, Grouping, SECOND_ORDER};
 use yawrig_core::effects::{Effect, MEASURED_LAW};
 use yawrig_core::record::Record;
 use yawrig_model::document::RecordEntry;
 use yawrig_model::measured;
 use yawrig_model::revise::{self, quoted, Revision, RevisionRequest};
 use yawrig_model::unfitted;
+use yawrig_report::view::{options, Ghost, Loaded, View};
 
 /// A copy of what a job needs of the session, which stays unlocked meanwhile.
 struct Taken {
@@ -231,8 +231,7 @@ fn diagnose(app: &Arc<App>, taken: &Taken, id: usize) -> Result<String> {
     let options = options(taken.standing.model.as_deref(), decay, taken.unknown_zero, &taken.own)?;
     let diagnosed = diagnose::diagnose(from_ref(&loaded.record), &Grouping::default(), &options)?;
     interrupt::check()?;
-    let mut ghosts: Vec<Ghost> = ghosts(&diagnosed);
-    ghosts.extend(Ghost::of_diagnosis(&diagnosed));
+    let ghosts = Ghost::all_of(&diagnosed);
     let model = presented(&taken.standing);
     let text = diagnosed.diagnosis.verdict(model);
     let mut session = app.session();
@@ -245,22 +244,6 @@ fn diagnose(app: &Arc<App>, taken: &Taken, id: usize) -> Result<String> {
     }
     session.diagnosed.insert((id, key), Arc::new(diagnosed));
     Ok(text)
-}
-
-/// Candidates whose curves are kept, best first.
-const MOST_GHOSTS: usize = 5;
-
-fn ghosts(diagnosed: &Diagnosed) -> Vec<Ghost> {
-    let present = &diagnosed.path[0][0];
-    let best = diagnosed.diagnosis.candidates.iter().map(|c| c.effect.clone()).take(MOST_GHOSTS);
-    let best: Vec<Effect> = best.collect();
-    best.par_iter()
-        .filter_map(|effect| {
-            let single =
-                diagnosed.singles.iter().find(|s| s.structure.effects.last() == Some(effect))?;
-            Some(Ghost::of(&diagnosed.decays[0], present, single.clone(), effect))
-        })
-        .collect()
 }
 
 fn judge(app: &Arc<App>, taken: &Taken) -> Result<String> {
@@ -317,10 +300,7 @@ fn try_effect(app: &Arc<App>, taken: &Taken, id: usize, effect: Effect) -> Resul
     revise::check_addable(&model.cloned().unwrap_or_default(), effect.clone())?;
     let options = options(model, decay, taken.unknown_zero, &taken.own)?;
     let ghost = Ghost::fit(decay, &options, &effect)?;
-    let text = format!(
-        "{effect} tried in this release: residual over noise {:.2}, difference of BIC {:.0}",
-        ghost.over_noise, ghost.evidence
-    );
+    let text = ghost.said();
     let place = (id, taken.standing.key, ghost.name.clone());
     let mut session = app.session();
     if !session.is_of(id, &source) {

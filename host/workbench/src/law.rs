@@ -2,7 +2,6 @@
 
 use super::app::App;
 use super::shown_law::{about, ShownLaw};
-use super::view::View;
 use serde_json::{json, Value};
 use std::path::Path;
 use std::sync::Arc;
@@ -17,6 +16,7 @@ use yawrig_model::law::beside;
 use yawrig_model::measured::largest;
 use yawrig_model::model_fit::Data;
 use yawrig_report::drawn::{short, shorts};
+use yawrig_report::view::View;
 
 /// Where the file of a formula is written that is added, beside the model.
 const FOLDER: &str = "found";

@@ -25,10 +25,11 @@ mod session;
 mod show;
 mod shown_law;
 mod state;
-mod view;
+mod still;
 mod work;
 
 pub use options::ServeOptions;
+pub use still::write as write_still;
 
 use std::net::Ipv4Addr;
 use std::sync::Arc;

@@ -7,7 +7,6 @@ mod standing;
 
 use super::options::ServeOptions;
 use super::shown_law::ShownLaw;
-use super::view::{Ghost, Loaded, View};
 use serde::{Deserialize, Serialize};
 use source::origin;
 pub use source::RecordSource;
@@ -24,6 +23,7 @@ use yawrig_model::document::{is_model, of_file, Model, RecordEntry, DEFAULT};
 use yawrig_model::records::{self, Listed};
 use yawrig_records::place::{canonical, is_file};
 use yawrig_records::Selection;
+use yawrig_report::view::{Ghost, Loaded, View};
 
 /// Views and trials kept, over all models.
 const MOST_KEPT: usize = 400;

@@ -2,7 +2,6 @@
 
 use super::app::App;
 use super::session::{ListedRelease, Session, Standing, Use};
-use super::view::View;
 use serde_json::{json, Value};
 use std::path::Path;
 use std::sync::Arc;
@@ -10,6 +9,7 @@ use yawrig_base::error::Error;
 use yawrig_core::diagnosis::diagnose::SECOND_ORDER;
 use yawrig_model::journal::{Action, JournalStep};
 use yawrig_report::drawn::short;
+use yawrig_report::view::View;
 
 /// Everything but curves.
 pub fn state(app: &App) -> Value {

@@ -41,7 +41,8 @@ impl Walk<'_> {
             false => line,
         };
         // A page is served until its reader has seen enough.
-        if let Some(arguments) = line.strip_prefix("yawrig workbench") {
+        let served = line.strip_prefix("yawrig workbench").filter(|a| !a.contains("--static"));
+        if let Some(arguments) = served {
             let served = yawrig_tests::process::yawrig("workbench").in_folder(self.folder);
             let mut served = arguments.split_whitespace().fold(served, |y, a| y.and(a)).start();
             served.prints("http://");

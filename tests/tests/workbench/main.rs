@@ -12,5 +12,6 @@ mod looks;
 mod page;
 mod refusals;
 mod replay;
+mod still;
 mod tabs;
 mod together;

@@ -2,13 +2,13 @@
 
 use super::{Session, Together};
 use crate::shown_law::{about, ShownLaw};
-use crate::view::View;
 use std::path::Path;
 use std::sync::Arc;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::effects::Effect;
 use yawrig_model::effects;
 use yawrig_model::law::File;
+use yawrig_report::view::View;
 
 impl Session {
     /// What the ticked releases lack together beside the present model, if they have been judged.

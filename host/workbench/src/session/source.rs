@@ -1,11 +1,11 @@
 //! A record of a session, read once and when it is first wanted.
 
-use crate::view::Loaded;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use yawrig_base::error::Error;
 use yawrig_records::place::{parted, Part};
 use yawrig_records::Selection;
+use yawrig_report::view::Loaded;
 
 /// A record, read once and when it is first wanted.
 #[derive(Debug)]

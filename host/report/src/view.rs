@@ -1,5 +1,7 @@
 //! What is seen of one release: the record, a model fitted to it or held against it, and where they part.
 
+use crate::drawn::Series;
+use rayon::prelude::*;
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
@@ -11,13 +13,13 @@ use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::{fit_added, fit_plain_within, Fitted, Structure};
 use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::motion::simulate::Grid;
+use yawrig_core::quantity::Quantity;
 use yawrig_core::record::Record;
 use yawrig_model::document::{Model, RecordEntry};
 use yawrig_model::limits::structure;
 use yawrig_model::model_fit::{held_against, modal_of, Recorded};
 use yawrig_model::records;
 use yawrig_records::Selection;
-use yawrig_report::drawn::Series;
 
 /// Points of a drawn model between two of the fit's.
 const FINER: usize = 4;
@@ -137,38 +139,51 @@ impl View {
     /// # Errors
     /// Exit 3 where the model has no values yet, 130 where the work is stopped.
     pub fn of(model: Option<&Model>, recorded: Recorded, unknown_zero: bool) -> Result<Self> {
-        let (fitted, name) = match model {
-            Some(model) => (held_against(model, &recorded, 1.0)?, "the model"),
-            None => {
-                let zero_unknown = unknown_zero || !recorded.decay.measurand.shows_rest();
-                let structure = Structure { zero_unknown, ..Structure::default() };
-                let count = recorded.decay.yaw_rad.len();
-                (fit_plain_within(&recorded.decay, &structure, count), diagnose::SECOND_ORDER)
-            }
-        };
-        yawrig_base::interrupt::check()?;
-        let decay = recorded.decay;
-        let known = model.and_then(|m| m.modal.get(&recorded.entry.condition)).and_then(modal_of);
+        let Some(model) = model else { return Self::second_order(recorded.decay, unknown_zero) };
+        let fitted = held_against(model, &recorded, 1.0)?;
+        interrupt::check()?;
+        let known = model.modal.get(&recorded.entry.condition).and_then(modal_of);
+        Ok(Self::with(recorded.decay, fitted, "the model", known))
+    }
+
+    /// A second-order model fitted to the release.
+    ///
+    /// # Errors
+    /// Exit 130 where the work is stopped.
+    pub fn second_order(decay: FreeDecay, unknown_zero: bool) -> Result<Self> {
+        let zero_unknown = unknown_zero || !decay.measurand.shows_rest();
+        let structure = Structure { zero_unknown, ..Structure::default() };
+        let fitted = fit_plain_within(&decay, &structure, decay.yaw_rad.len());
+        interrupt::check()?;
+        let later = diagnose::step(&decay, &fitted, None).held_out_over_noise;
+        let view = Self::with(decay, fitted, diagnose::SECOND_ORDER, None);
+        Ok(Self { later_over_noise: Some(later), ..view })
+    }
+
+    /// `known`: natural frequency and damping ratio where the model has them.
+    fn with(decay: FreeDecay, fitted: Fitted, name: &str, known: Option<[Quantity; 2]>) -> Self {
         let [natural_frequency_rad_s, damping_ratio] =
             known.unwrap_or_else(|| [fitted.natural_frequency_rad_s(), fitted.damping_ratio()]);
-        let later = || diagnose::step(&decay, &fitted, None).held_out_over_noise;
-        Ok(Self {
+        Self {
             modal: Modal { natural_frequency_rad_s, damping_ratio },
             curves: Curves::of(&decay, &fitted),
             states: States::of(&decay, &fitted),
             picture: amplitude::picture(&decay, &[(name, &fitted)]),
             where_: locate(&decay, &fitted),
             over_noise: fitted.over_noise(&decay),
-            later_over_noise: model.is_none().then(later),
+            later_over_noise: None,
             is_explained: search::is_explained(&fitted, &decay),
             decay,
             fitted,
-        })
+        }
     }
 }
 
 /// The name under which the model of a diagnosis is laid over the panels; no effect has it.
 pub const DIAGNOSIS: &str = "the diagnosis";
+
+/// Candidates whose curves are kept, best first.
+const MOST_GHOSTS: usize = 5;
 
 /// What an effect, or a diagnosis, would do for one release, everything fitted to that release alone.
 #[derive(Debug)]
@@ -204,6 +219,21 @@ impl Ghost {
         Some(Self::named(&diagnosed.decays[0], present, last.clone(), DIAGNOSIS, &title))
     }
 
+    /// Those of the best candidates, and of the model that a diagnosis ends with.
+    pub fn all_of(diagnosed: &Diagnosed) -> Vec<Self> {
+        let present = &diagnosed.path[0][0];
+        let best = diagnosed.diagnosis.candidates.iter().map(|c| &c.effect).take(MOST_GHOSTS);
+        let best: Vec<&Effect> = best.collect();
+        let of = |effect: &&Effect| {
+            let is_its = |single: &&Fitted| single.structure.effects.last() == Some(*effect);
+            let single = diagnosed.singles.iter().find(is_its)?;
+            Some(Self::of(&diagnosed.decays[0], present, single.clone(), effect))
+        };
+        let mut all: Vec<Self> = best.par_iter().filter_map(of).collect();
+        all.extend(Self::of_diagnosis(diagnosed));
+        all
+    }
+
     fn named(decay: &FreeDecay, without: &Fitted, fitted: Fitted, name: &str, title: &str) -> Self {
         Self {
             name: name.to_owned(),
@@ -215,6 +245,14 @@ impl Ghost {
             evidence: fitted.bic().gain_over(&without.bic()),
             fitted,
         }
+    }
+
+    /// What came of a trial, as a sentence.
+    pub fn said(&self) -> String {
+        format!(
+            "{} tried in this release: residual over noise {:.2}, difference of BIC {:.0}",
+            self.title, self.over_noise, self.evidence
+        )
     }
 
     /// Fits the present model to the free decay, and with `effect` again.

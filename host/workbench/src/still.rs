@@ -1,0 +1,72 @@
+//! The page that needs no server: a folder of files, for any web server. What it is asked a worker answers,
+//! yawrig compiled to WebAssembly.
+
+use super::assets;
+use std::path::{Path, PathBuf};
+use yawrig_base::error::{Error, Result};
+use yawrig_base::{built, files};
+
+/// The module's workspace, where this program was built; none of a program that is given away
+/// (`tests/release`).
+const SOURCES: Option<&str> = match option_env!("YAWRIG_WITHOUT_SOURCES") {
+    None => Some(concat!(env!("CARGO_MANIFEST_DIR"), "/../web")),
+    Some(_) => None,
+};
+/// Beside a program that is given away, what the script builds.
+const BESIDE: &str = "yawrig-web";
+/// The module and the script between it and the page.
+const MODULE: [&str; 2] = ["yawrig_bg.wasm", "yawrig.js"];
+/// What builds it, from the root of the sources.
+const BUILD: &str = "host/web/build";
+
+/// Writes the page to `folder`; its first file.
+///
+/// # Errors
+/// Exit 3 where there is no module and it cannot be built, or the folder cannot be written or holds another
+/// page.
+pub fn write(folder: &Path) -> Result<PathBuf> {
+    let page = folder.join("index.html");
+    let is_ours = |text: &str| text.contains(assets::STILL_MARK);
+    if std::fs::read_to_string(&page).is_ok_and(|text| !is_ours(&text)) {
+        return Err(Error::data(format!("{} is another page", page.display()))
+            .help("give a folder that is empty, or not there yet"));
+    }
+    let module = module()?;
+    files::make_folder(folder)?;
+    for name in MODULE {
+        let from = module.join(name);
+        let bytes = std::fs::read(&from).map_err(|e| {
+            Error::data(format!("cannot read {}: {e}", from.display()))
+                .help(format!("in yawrig's sources run {BUILD}"))
+        })?;
+        files::write_atomically(&folder.join(name), &bytes)?;
+    }
+    for (name, asset) in assets::still() {
+        files::write_atomically(&folder.join(name), asset.text.as_bytes())?;
+    }
+    Ok(page)
+}
+
+/// The folder that the module is in. With the sources at hand they are built first, so that the page never
+/// answers otherwise than this program; without them it lies beside this program.
+fn module() -> Result<PathBuf> {
+    if let Some(script) = SOURCES.map(|web| Path::new(web).join("build"))
+        && script.exists()
+    {
+        if !Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../target/web")).exists() {
+            yawrig_base::say!("building the page's module (the first time takes some minutes)");
+        }
+        return built::by(&script, &[], |why| {
+            Error::data(format!("cannot build the page's module with {}: {why}", script.display()))
+                .help(format!("run {BUILD} and see what it says"))
+        });
+    }
+    let beside = std::env::current_exe()
+        .ok()
+        .map(|program| program.with_file_name(BESIDE))
+        .filter(|module| module.exists());
+    beside.ok_or_else(|| {
+        Error::data(format!("there is no module for the page: no {BESIDE} beside this program"))
+            .help(format!("in yawrig's sources run {BUILD}, and put the folder that it prints beside this program as {BESIDE}"))
+    })
+}

@@ -1,0 +1,254 @@
+//! The page that needs no server of ours: written to a folder, served by any, it answers as the program prints.
+
+use crate::bench::{pictures, RUBBING};
+use crate::looks::nothing_is_cut_off;
+use serde_json::Value;
+use std::collections::HashMap;
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+use yawrig_tests::browser::{Browser, Window};
+use yawrig_tests::process::yawrig;
+
+const WINDOW: Window = Window { width: 1280, height: 800, is_dark: false };
+/// A record whose decay is that of a second-order model, at a rate of its own.
+const PLAIN: &str =
+    "simulate --natural-frequency 9.1 --damping 0.011 --rate-hz 250 --seed 4 --out plain.csv";
+
+/// The page's folder on a server that knows nothing but files.
+struct Served {
+    folder: TempDir,
+    origin: String,
+}
+
+impl Served {
+    fn start() -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        for command in [RUBBING, PLAIN] {
+            yawrig(command).in_folder(folder.path()).run().exits(0);
+        }
+        let said = yawrig("workbench --static page").in_folder(folder.path()).run().exits(0);
+        assert_eq!(said.stdout.trim(), "page/index.html");
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+        let origin = format!("http://{}", listener.local_addr().expect("its address"));
+        let page = folder.path().join("page");
+        std::thread::spawn(move || {
+            for stream in listener.incoming().flatten() {
+                let page = page.clone();
+                std::thread::spawn(move || serve(stream, &page));
+            }
+        });
+        Self { folder, origin }
+    }
+
+    fn printed(&self, arguments: &str) -> String {
+        yawrig(arguments).in_folder(self.folder.path()).run().exits(0).stdout
+    }
+
+    /// Drops this record on the page.
+    fn drop(&self, browser: &mut Browser, name: &str) {
+        let text = std::fs::read_to_string(self.folder.path().join(name)).expect(name);
+        dropped(browser, name, &text);
+    }
+}
+
+fn dropped(browser: &mut Browser, name: &str, text: &str) {
+    let text = serde_json::to_string(text).expect("text");
+    browser.value(&format!(
+        "(() => {{ const held = new DataTransfer(); held.items.add(new File([{text}], '{name}')); \
+         document.dispatchEvent(new DragEvent('drop', {{ dataTransfer: held, bubbles: true, cancelable: true }})); return 1; }})()"
+    ));
+}
+
+/// Answers one request with the file of that name.
+fn serve(mut stream: TcpStream, page: &Path) {
+    let mut head = Vec::new();
+    let mut byte = [0];
+    while !head.ends_with(b"\r\n\r\n") && matches!(stream.read(&mut byte), Ok(1)) {
+        head.push(byte[0]);
+    }
+    let head = String::from_utf8_lossy(&head).into_owned();
+    let path = head.split(' ').nth(1).unwrap_or("/").trim_start_matches('/');
+    let path = PathBuf::from(if path.is_empty() { "index.html" } else { path });
+    let kind = match path.extension().and_then(|e| e.to_str()) {
+        Some("html") => "text/html",
+        Some("js") => "text/javascript",
+        Some("css") => "text/css",
+        Some("svg") => "image/svg+xml",
+        _ => "application/octet-stream",
+    };
+    let body = std::fs::read(page.join(&path));
+    let status = if body.is_ok() { "200 OK" } else { "404 Not Found" };
+    let body = body.unwrap_or_default();
+    let length = body.len();
+    let head = format!("HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n");
+    // A browser that has gone away wants it no more.
+    let _ = stream.write_all(head.as_bytes()).and_then(|()| stream.write_all(&body));
+}
+
+/// What the page's worker answers about its `release`th record.
+fn answered(browser: &mut Browser, verb: &str, release: usize) -> Value {
+    let asked =
+        format!("import('./talk.js').then(t => t.get('/api/{verb}', {{ release: {release} }}))");
+    browser.value(&asked)["json"].clone()
+}
+
+/// A value with its uncertainty is the same to a millionth of that, all else to a millionth of itself: more than
+/// is printed, which is compared as it stands. Sines and powers are another library's in a browser, and round
+/// otherwise in the last digit; covariances, the worst, came out the same to 3e-8.
+fn are_same(page: &Value, program: &Value, at: &str, u: Option<f64>) {
+    match (page, program) {
+        (Value::Object(a), Value::Object(b)) => {
+            for (key, value) in b {
+                // How long it took.
+                if key == "seconds" {
+                    continue;
+                }
+                let u = b.get("u").and_then(Value::as_f64).filter(|_| key == "value");
+                are_same(&a[key], value, &format!("{at}.{key}"), u);
+            }
+            assert_eq!(a.len(), b.len(), "{at}");
+        }
+        (Value::Array(a), Value::Array(b)) => {
+            assert_eq!(a.len(), b.len(), "{at}");
+            for (k, (a, b)) in a.iter().zip(b).enumerate() {
+                are_same(a, b, &format!("{at}[{k}]"), None);
+            }
+        }
+        (Value::Number(a), Value::Number(b)) => {
+            let (a, b) = (a.as_f64().expect("a number"), b.as_f64().expect("a number"));
+            let least = 1e-6 * u.unwrap_or(b).abs();
+            assert!((a - b).abs() <= least.max(1e-12), "{at}: {a} and {b}");
+        }
+        _ => assert_eq!(page, program, "{at}"),
+    }
+}
+
+/// What the module calls is in its script: nothing that speaks to a host, but for the loading of the module by
+/// its address, which the page does itself.
+fn the_worker_cannot_ask(served: &Served) {
+    let text = |name: &str| {
+        std::fs::read_to_string(served.folder.path().join("page").join(name)).expect(name)
+    };
+    let script = text("yawrig.js");
+    assert_eq!(script.matches("fetch(module_or_path)").count(), 1);
+    let script = script.replace("fetch(module_or_path)", "");
+    for speaks in
+        ["fetch(", "XMLHttpRequest", "WebSocket", "EventSource", "sendBeacon", "importScripts"]
+    {
+        for of in [&script, &text("worker.js")] {
+            assert!(!of.contains(speaks), "{speaks}");
+        }
+    }
+}
+
+const IS_JUDGED: &str =
+    "!document.querySelector('#printed-diagnose').hidden && document.body.dataset.busy === undefined";
+
+#[test]
+#[ignore = "needs Chromium: tests/run runs it"]
+fn a_record_dropped_on_the_page_is_judged_as_the_program_judges_it() {
+    let served = Served::start();
+    let mut browser = Browser::start(WINDOW);
+    browser.open(&format!("{}/", served.origin));
+    browser.wait("document.querySelector('#verdict').textContent.startsWith('Drop the record')");
+    for (id, name) in ["rubbing.csv", "plain.csv"].into_iter().enumerate() {
+        served.drop(&mut browser, name);
+        browser.wait(&format!(
+            "document.querySelector('#subtitle').textContent.startsWith('{name}') && {IS_JUDGED}"
+        ));
+        for verb in ["identify", "diagnose"] {
+            // To the last digit that is printed.
+            assert_eq!(
+                browser.text(&format!("#printed-{verb}")).trim_end(),
+                served.printed(&format!("{verb} {name}")).trim_end()
+            );
+            let page = answered(&mut browser, verb, id);
+            let program = served.printed(&format!("{verb} {name} --json"));
+            are_same(&page, &serde_json::from_str(&program).expect("JSON"), verb, None);
+        }
+    }
+    assert!(browser.text("#verdict").starts_with("This release is adequate"));
+
+    // Back to the first: what was found is still there, and an effect can be tried.
+    browser.click(".record");
+    browser.wait("document.querySelector('#verdict').textContent === 'This release is explained by coulomb_friction.'");
+    let left = |browser: &mut Browser| {
+        browser.value("+document.querySelector('#figure-with').textContent")
+    };
+    assert!(left(&mut browser).as_f64().is_some_and(|x| x < 1.1));
+    browser.click("[data-effect=cubic_damping] [data-focus=try-cubic_damping]");
+    browser
+        .wait("document.querySelector('#message').textContent.startsWith('cubic_damping tried')");
+    browser.wait("document.querySelector('#key-ghost').textContent === 'with cubic_damping'");
+    assert_eq!(browser.value("document.querySelectorAll('[data-focus^=add-]').length"), 0);
+
+    // What is no record is refused in the words of the program.
+    dropped(&mut browser, "notes.csv", "nothing,of\nthe,kind\n");
+    browser.wait("document.querySelector('#message').className === 'error' || document.querySelector('#drop-dialog').open");
+    browser.value("document.querySelector('#drop-dialog').close()");
+    browser.is_clean(&served.origin);
+    the_worker_cannot_ask(&served);
+    for (width, height, is_dark) in [(1280, 800, false), (800, 900, true), (390, 844, false)] {
+        browser.resize(Window { width, height, is_dark });
+        if width > 900 {
+            nothing_is_cut_off(&mut browser, "the page without a server");
+        }
+        browser.picture(&pictures().join(format!("static-{width}.png")));
+        let overflow = browser.value("document.documentElement.scrollWidth - innerWidth");
+        assert!(overflow.as_f64().is_some_and(|x| x <= 0.0), "{width}: {overflow}");
+    }
+}
+
+#[test]
+#[ignore = "needs Chromium: tests/run runs it"]
+fn what_is_under_way_can_be_cancelled_and_asked_again() {
+    let served = Served::start();
+    let mut browser = Browser::start(WINDOW);
+    browser.open(&format!("{}/", served.origin));
+    served.drop(&mut browser, "rubbing.csv");
+    // The very moment that the diagnosis begins.
+    browser.wait(
+        "(() => { if (!document.querySelector('#job-text').textContent.startsWith('fitting every effect')) return false; \
+         document.querySelector('#cancel-button').click(); return true; })()",
+    );
+    browser.wait("document.querySelector('#message').textContent.startsWith('cancelled') && document.body.dataset.busy === undefined");
+    assert_eq!(browser.value("document.querySelector('#printed-diagnose').hidden"), true);
+    browser.click("#diagnose-button");
+    browser.wait("document.querySelector('#verdict').textContent === 'This release is explained by coulomb_friction.'");
+    browser.is_clean(&served.origin);
+}
+
+#[test]
+fn another_page_is_not_written_over() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("index.html"), "<title>mine</title>").expect("room");
+    let refused = yawrig("workbench --static .").in_folder(folder.path()).run().exits(3);
+    assert!(refused.stderr.contains("./index.html is another page"), "{}", refused.stderr);
+    yawrig("workbench r.csv --static page").in_folder(folder.path()).run().exits(2);
+}
+
+/// What both lock files name is of one version: the page's module answers with the program's own libraries.
+#[test]
+fn the_module_is_built_from_the_programs_own_libraries() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    /// Name, and what of the version another may take the place of; all of it.
+    type Locked = HashMap<(String, String), String>;
+    let locked = |file: &str| -> Locked {
+        let text = std::fs::read_to_string(root.join(file)).expect(file);
+        let table: toml::Table = text.parse().expect("TOML");
+        let of = |p: &toml::Value| {
+            let [name, version] = ["name", "version"].map(|k| p[k].as_str().expect(k).to_owned());
+            let parts: Vec<&str> = version.split('.').collect();
+            let kind = if parts[0] == "0" { parts[..2].join(".") } else { parts[0].to_owned() };
+            ((name, kind), version)
+        };
+        table["package"].as_array().expect("packages").iter().map(of).collect()
+    };
+    let (ours, theirs) = (locked("Cargo.lock"), locked("host/web/Cargo.lock"));
+    let both: Vec<_> = theirs.iter().filter(|(k, _)| ours.contains_key(*k)).collect();
+    assert!(both.len() > 100, "{}", both.len());
+    let others: Vec<_> = both.into_iter().filter(|(k, v)| ours[*k] != **v).collect();
+    assert!(others.is_empty(), "in host/web, cargo update NAME --precise VERSION: {others:?}");
+}
