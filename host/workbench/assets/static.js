@@ -199,6 +199,8 @@ function start() {
   drawHead();
   drawSide();
   panels.refresh();
+  // Where there is none (no https, and not this machine) the page needs its network.
+  navigator.serviceWorker?.register("offline.js").catch(() => {});
 }
 
 start();

@@ -24,6 +24,9 @@ macro_rules! script {
 /// What the page that needs no server has in it, and no other page.
 pub const STILL_MARK: &str = "<title>yawrig</title>";
 
+/// Keeps that page's files in the browser, once it knows their names.
+pub const OFFLINE: &str = include_str!("../assets/offline.js");
+
 /// The files of the page that needs no server, but for the module.
 pub fn still() -> Vec<(&'static str, Asset)> {
     let own = [

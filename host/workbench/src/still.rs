@@ -5,6 +5,7 @@ use super::assets;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::{built, files};
+use yawrig_shared::checksum::crc32;
 
 /// The module's workspace, where this program was built; none of a program that is given away
 /// (`tests/release`).
@@ -16,6 +17,8 @@ const SOURCES: Option<&str> = match option_env!("YAWRIG_WITHOUT_SOURCES") {
 const BESIDE: &str = "yawrig-web";
 /// The module and the script between it and the page.
 const MODULE: [&str; 2] = ["yawrig_bg.wasm", "yawrig.js"];
+/// What keeps the page in the browser.
+const OFFLINE: &str = "offline.js";
 /// What builds it, from the root of the sources.
 const BUILD: &str = "host/web/build";
 
@@ -32,19 +35,31 @@ pub fn write(folder: &Path) -> Result<PathBuf> {
             .help("give a folder that is empty, or not there yet"));
     }
     let module = module()?;
-    files::make_folder(folder)?;
+    let mut all: Vec<(&str, Vec<u8>)> = Vec::new();
     for name in MODULE {
         let from = module.join(name);
         let bytes = std::fs::read(&from).map_err(|e| {
             Error::data(format!("cannot read {}: {e}", from.display()))
                 .help(format!("in yawrig's sources run {BUILD}"))
         })?;
-        files::write_atomically(&folder.join(name), &bytes)?;
+        all.push((name, bytes));
     }
-    for (name, asset) in assets::still() {
-        files::write_atomically(&folder.join(name), asset.text.as_bytes())?;
+    all.extend(assets::still().into_iter().map(|(name, asset)| (name, asset.text.into())));
+    all.push((OFFLINE, offline(&all).into()));
+    files::make_folder(folder)?;
+    for (name, bytes) in &all {
+        files::write_atomically(&folder.join(name), bytes)?;
     }
     Ok(page)
+}
+
+/// What keeps these files in the browser: another script where one of them is another.
+fn offline(all: &[(&str, Vec<u8>)]) -> String {
+    let names: Vec<String> = all.iter().map(|(name, _)| format!("{name:?}")).collect();
+    let sums: String = all.iter().map(|(_, bytes)| format!("{:08x}", crc32(bytes))).collect();
+    assets::OFFLINE
+        .replace("\"FILES\"", &names.join(", "))
+        .replace("\"VERSION\"", &format!("\"{:08x}\"", crc32(sums.as_bytes())))
 }
 
 /// The folder that the module is in. With the sources at hand they are built first, so that the page never

@@ -221,6 +221,26 @@ fn what_is_under_way_can_be_cancelled_and_asked_again() {
 }
 
 #[test]
+#[ignore = "needs Chromium: tests/run runs it"]
+fn once_it_was_opened_it_needs_no_network() {
+    let served = Served::start();
+    let mut browser = Browser::start(WINDOW);
+    browser.open(&format!("{}/", served.origin));
+    browser.value("navigator.serviceWorker.ready.then(() => 1)");
+    // From now on its server answers that there is nothing.
+    std::fs::rename(served.folder.path().join("page"), served.folder.path().join("gone"))
+        .expect("room");
+    let missing = "fetch('nowhere.js').then(answer => answer.status)";
+    assert_eq!(browser.value(missing), 404);
+    browser.complaints.clear();
+    browser.open(&format!("{}/", served.origin));
+    browser.wait("document.querySelector('#verdict').textContent.startsWith('Drop the record')");
+    served.drop(&mut browser, "rubbing.csv");
+    browser.wait("document.querySelector('#verdict').textContent === 'This release is explained by coulomb_friction.'");
+    browser.is_clean(&served.origin);
+}
+
+#[test]
 fn another_page_is_not_written_over() {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("index.html"), "<title>mine</title>").expect("room");
