@@ -36,7 +36,7 @@ pub struct Loaded {
 
 impl Loaded {
     /// # Errors
-    /// Those of [`Record::read`].
+    /// Those of [`yawrig_records::read_selected`].
     pub fn read(
         path: &Path,
         origin: &Path,
