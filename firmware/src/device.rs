@@ -4,6 +4,7 @@ mod answers;
 mod trial;
 
 use crate::line::Line;
+use crate::linearity::{identity, Linearity};
 use crate::lock::Challenge;
 use crate::log;
 use crate::measuring::{Context, Measuring};
@@ -51,6 +52,7 @@ struct Core<F, const LOCKABLE: bool> {
     board: &'static str,
     measuring: Measuring,
     refining: Refining,
+    linearity: Linearity,
     store: Store<F, LOCKABLE>,
     /// The only one in memory; to be used where there is something about it in `running`.
     network: Network,
@@ -111,6 +113,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
                 board,
                 measuring: Measuring::new(Settings::default()),
                 refining: Refining::new(),
+                linearity: Linearity::new(),
                 store: Store::of(flash),
                 network: Network::empty(),
                 running: None,
@@ -136,6 +139,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
     pub fn start(&mut self) {
         self.core.mend_lock();
         self.core.take_up_kept();
+        self.core.take_up_linearity();
     }
 
     /// Says how well the board knows its sampling clock, as a relative standard uncertainty in millionths;
@@ -164,6 +168,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
         let settings = Settings { degrees_per_count, full_scale_counts, ..settings };
         // A sensor's own scale is in the range of those that may be set.
         let _ = measuring.configure(settings, &mut context);
+        self.core.take_up_linearity();
     }
 
     /// What a board should keep where a reset leaves it ([`crate::memory`]), if it has changed since this was
@@ -225,6 +230,8 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
     /// The same with what its sensor says is the matter.
     pub fn flagged(&mut self, counts: u16, flags: Flags) {
         self.core.pass(1);
+        let full_scale_counts = self.core.measuring.settings().full_scale_counts;
+        let counts = self.core.linearity.corrected(counts, full_scale_counts);
         self.core.show(counts);
         let (measuring, mut context) = self.core.split();
         measuring.sample(counts, flags, &mut context);
@@ -301,6 +308,19 @@ impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
         let second_order = running.is_some_and(|running| running.effects.is_empty());
         let (line, refining) = (&mut self.line, &mut self.refining);
         (&mut self.measuring, Context { network, second_order, refining, line })
+    }
+
+    /// Which board and sensor a table is of.
+    fn identity(&self) -> u32 {
+        identity(self.board, &self.sensor)
+    }
+
+    /// The table that the flash keeps, if it is of this board and sensor.
+    #[inline(never)]
+    fn take_up_linearity(&mut self) {
+        let identity = self.identity();
+        self.linearity.recall(self.store.flash(), identity);
+        self.refining.set_table(self.linearity.damping_u());
     }
 
     /// The sample goes to the host where that listens.

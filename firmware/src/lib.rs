@@ -69,6 +69,7 @@ mod flash;
 pub mod input;
 pub mod learning;
 pub mod line;
+pub mod linearity;
 pub mod lock;
 pub mod log;
 pub mod measuring;

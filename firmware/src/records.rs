@@ -1,5 +1,5 @@
-//! The records that the flash keeps of [lock](crate::lock) and [learning](crate::learning): the newest of
-//! each kind counts.
+//! The records that the flash keeps of [lock](crate::lock), [learning](crate::learning) and
+//! [linearity](crate::linearity): the newest of each kind counts.
 //!
 //! They are a log in two sectors. A record counts where its checksum, which is written last, is right. Where
 //! one sector is full the other is erased, the newest record of each kind is copied to it, and only then
@@ -10,84 +10,26 @@
 //! power cut leaves nothing behind it, since what comes next keeps a place's distance: two copies side by
 //! side of which neither can be read were whole once, and so were lost.
 //!
+//! A table of linearity is a long one. Where its newest record is damaged there is none, not the one
+//! before.
+//!
 //! ```text
 //! record: 0 number   4 what it is   8 body   CRC-32 of all before it, up to whole write units
 //! the lock's, both copies: 40 what it is, once more
 //! ```
 
-use crate::flash::{erase, is_erased, program, read, unit, Sector, ERASED, SLOT_BYTES};
+mod kind;
+mod table;
+
+use crate::flash::{erase, is_erased, program, read, Sector, ERASED, SLOT_BYTES};
 use embedded_storage::nor_flash::NorFlash;
+use kind::{pitch, Kind, CELL, CRC, HEAD, LONGEST, MARK};
+pub(crate) use kind::{Tag, BODY};
+pub(crate) use table::TABLE;
 use yawrig_shared::checksum::crc32;
 use yawrig_shared::wire::Refusal;
 
 const LOG: [Sector; 2] = [Sector::Lock, Sector::OtherLock];
-/// Head and checksum.
-const HEAD: usize = 8;
-const CRC: usize = 4;
-/// Bytes in which a record is at least; a long one takes several of these.
-const CELL: usize = 48;
-const LONGEST: usize = 2 * CELL;
-/// Most that a record says.
-pub(crate) const BODY: usize = LONGEST - HEAD - CRC;
-/// Where a record of the lock says once more what it is.
-const MARK: usize = 40;
-/// So many wrong bits leave a tag what it was: fewer than half of the eleven or more between two tags.
-const WRONG_BITS: u32 = 5;
-
-/// What a record is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Tag {
-    Locked,
-    Open,
-    Learnt,
-}
-
-impl Tag {
-    const ALL: [Self; 3] = [Self::Locked, Self::Open, Self::Learnt];
-
-    const fn word(self) -> u32 {
-        u32::from_le_bytes(match self {
-            Self::Locked => *b"LOCK",
-            Self::Open => *b"OPEN",
-            Self::Learnt => *b"LRNT",
-        })
-    }
-
-    const fn length(self) -> usize {
-        match self {
-            Self::Locked | Self::Open => CELL,
-            Self::Learnt => LONGEST,
-        }
-    }
-
-    const fn kind(self) -> Kind {
-        match self {
-            Self::Locked | Self::Open => Kind::Lock,
-            Self::Learnt => Kind::Learnt,
-        }
-    }
-
-    /// What a word was before a few of its bits were lost.
-    fn near(word: u32) -> Option<Self> {
-        Self::ALL.into_iter().find(|tag| (tag.word() ^ word).count_ones() <= WRONG_BITS)
-    }
-}
-
-/// What supersedes each other.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
-    Lock,
-    Learnt,
-}
-
-impl Kind {
-    const fn copies(self) -> usize {
-        match self {
-            Self::Lock => 2,
-            Self::Learnt => 1,
-        }
-    }
-}
 
 /// A record that counts.
 #[derive(Clone, Copy, Debug)]
@@ -127,20 +69,19 @@ pub(crate) struct Newest {
     unread: bool,
     /// Something that was to say what was learnt does not count.
     pub torn_learnt: bool,
+    /// Where the newest table is that is whole, and whether there was one after it.
+    table: Option<table::Place>,
+    damaged_table: bool,
     /// The place behind the last record that counts.
     end: usize,
 }
 
 impl Newest {
-    fn of(&mut self, kind: Kind) -> &mut Option<Record> {
-        match kind {
-            Kind::Lock => &mut self.lock,
-            Kind::Learnt => &mut self.learnt,
-        }
-    }
-
     fn add(&mut self, record: Record) {
-        let newest = self.of(record.tag.kind());
+        let newest = match record.tag.kind() {
+            Kind::Lock => &mut self.lock,
+            _ => &mut self.learnt,
+        };
         let again = newest.is_some_and(|newest| newest.number == record.number);
         if newest.is_none_or(|newest| newest.number <= record.number) {
             *newest = Some(record);
@@ -154,9 +95,16 @@ impl Newest {
         [&self.lock, &self.learnt].into_iter().flatten()
     }
 
+    /// Where the newest table is, unless that is damaged: the one before is none.
+    fn whole_table(&self) -> Option<table::Place> {
+        self.table.filter(|_| !self.damaged_table)
+    }
+
     /// By which of two sectors is the one that goes on: a copy has the number of what it is one of.
     fn rank(&self) -> (Option<u32>, usize) {
-        (self.records().map(|record| record.number).max(), self.records().count())
+        let of_table = self.table.map(|table| table.number);
+        let numbers = || self.records().map(|record| record.number).chain(of_table);
+        (numbers().max(), numbers().count())
     }
 
     /// Whether a lock was lost that was as new as what the other sector holds. One that is older was
@@ -167,11 +115,6 @@ impl Newest {
     }
 }
 
-/// Bytes from one place for a record to the next.
-const fn pitch<F: NorFlash>() -> usize {
-    CELL.next_multiple_of(unit::<F>())
-}
-
 const fn places<F: NorFlash>() -> usize {
     SLOT_BYTES / pitch::<F>()
 }
@@ -180,6 +123,8 @@ const fn places<F: NorFlash>() -> usize {
 enum Found {
     Nothing,
     Counts(Record),
+    /// A table that counts, of this number.
+    Table(u32),
     /// A copy of this kind that does not count.
     Lost(Kind),
     /// What the flash does not give: it may have been a lock.
@@ -198,6 +143,13 @@ fn found<F: NorFlash>(flash: &mut F, sector: Sector, at: usize) -> Found {
         return Found::Nothing;
     }
     let near = Tag::near(word(&bytes, 4));
+    if near == Some(Tag::Table) {
+        return match table::found(flash, sector, at) {
+            table::Found::Nothing => Found::Nothing,
+            table::Found::Counts(number) => Found::Table(number),
+            table::Found::Lost => Found::Lost(Kind::Table),
+        };
+    }
     let length = near.map_or(CELL, Tag::length);
     let given = at + length <= SLOT_BYTES && read(flash, sector, at, &mut bytes[..length]);
     let Some(tag) = near else {
@@ -222,7 +174,11 @@ fn of_sector<F: NorFlash>(flash: &mut F, sector: Sector) -> Newest {
     let mut newest = Newest::default();
     // Side by side, up to this place: copies of a lock that are lost, and of these what is not even read.
     let (mut lost, mut unread) = (0, 0);
+    let mut inside = 0;
     for place in 0..places::<F>() {
+        if place < inside {
+            continue;
+        }
         let found = found(flash, sector, place * pitch::<F>());
         unread = if matches!(found, Found::Unread) { unread + 1 } else { 0 };
         lost = if matches!(found, Found::Unread | Found::Lost(Kind::Lock)) { lost + 1 } else { 0 };
@@ -233,7 +189,16 @@ fn of_sector<F: NorFlash>(flash: &mut F, sector: Sector) -> Newest {
                 newest.add(record);
                 newest.end = place + record.tag.length().div_ceil(pitch::<F>());
             }
+            Found::Table(number) => {
+                let at = place * pitch::<F>();
+                newest.table = Some(table::Place { number, sector, at });
+                newest.damaged_table = false;
+                newest.end = place + table::places::<F>();
+                // What it says is none of a record's.
+                inside = newest.end;
+            }
             Found::Lost(Kind::Learnt) => newest.torn_learnt = true,
+            Found::Lost(Kind::Table) => newest.damaged_table = true,
             _ => {}
         }
     }
@@ -249,6 +214,10 @@ fn log<F: NorFlash>(flash: &mut F) -> (Sector, Newest) {
     other.records().for_each(|record| newest.add(*record));
     newest.lock_lost = lost;
     newest.torn_learnt |= other.torn_learnt;
+    if newest.table.is_none() {
+        newest.table = other.table;
+        newest.damaged_table |= other.damaged_table;
+    }
     (LOG[index], newest)
 }
 
@@ -279,6 +248,17 @@ fn write<F: NorFlash>(
 /// Writes the record that supersedes the last one of its kind; its number. Nothing once a lock is lost, or
 /// its remains might be erased.
 pub(crate) fn append<F: NorFlash>(flash: &mut F, tag: Tag, said: &[u8]) -> Result<u32, Refusal> {
+    let long = tag.kind().copies() * tag.length().next_multiple_of(pitch::<F>());
+    let (sector, at, number) = room(flash, long)?;
+    let mut body = [ERASED; BODY];
+    body[..said.len()].copy_from_slice(said);
+    write(flash, sector, at, &Record { number, tag, body })?;
+    Ok(number)
+}
+
+/// Where the next record goes, of so many bytes, and its number.
+#[inline(never)]
+fn room<F: NorFlash>(flash: &mut F, long: usize) -> Result<(Sector, usize, u32), Refusal> {
     let (mut sector, newest) = log(flash);
     if newest.lock_lost {
         return Err(Refusal::FlashWrite);
@@ -288,7 +268,6 @@ pub(crate) fn append<F: NorFlash>(flash: &mut F, tag: Tag, said: &[u8]) -> Resul
     let last = (0..places::<F>()).rev().find(used).map_or(0, |last| last + 1);
     // Away from what does not count, which the power has cut.
     let mut at = (last + usize::from(last > newest.end)) * pitch::<F>();
-    let long = tag.kind().copies() * tag.length().next_multiple_of(pitch::<F>());
     if at + long > SLOT_BYTES {
         sector = if sector == LOG[0] { LOG[1] } else { LOG[0] };
         erase(flash, sector)?;
@@ -296,9 +275,31 @@ pub(crate) fn append<F: NorFlash>(flash: &mut F, tag: Tag, said: &[u8]) -> Resul
         for copy in newest.records() {
             at = write(flash, sector, at, copy)?;
         }
+        if let Some(place) = newest.whole_table() {
+            at = table::copy(flash, place, sector, at)?;
+        }
     }
-    let mut body = [ERASED; BODY];
-    body[..said.len()].copy_from_slice(said);
-    write(flash, sector, at, &Record { number, tag, body })?;
-    Ok(number)
+    Ok((sector, at, number))
+}
+
+/// Writes a table that supersedes the last one.
+pub(crate) fn append_table<F: NorFlash>(flash: &mut F, said: &[u8; TABLE]) -> Result<(), Refusal> {
+    let (sector, at, number) = room(flash, table::places::<F>() * pitch::<F>())?;
+    table::write(flash, sector, at, number, said).map(drop)
+}
+
+/// What the newest table says; false where there is none.
+///
+/// # Errors
+/// Where there was one that is damaged.
+pub(crate) fn read_table<F: NorFlash>(
+    flash: &mut F,
+    said: &mut [u8; TABLE],
+) -> Result<bool, Refusal> {
+    let newest = newest(flash);
+    match newest.whole_table() {
+        Some(place) => table::read_at(flash, place, said).map(|()| true),
+        None if newest.damaged_table => Err(Refusal::Linearity),
+        None => Ok(false),
+    }
 }

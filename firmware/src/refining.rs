@@ -59,6 +59,8 @@ pub struct Refining {
     residual: Residual,
     /// Of the sensor.
     step_deg: f32,
+    /// What its table's uncertainty does to a damping ratio, relative.
+    table_u: f32,
     /// The last refined wind-off result.
     reference: Reference,
 }
@@ -81,6 +83,7 @@ impl Refining {
             fit: Fit::NONE,
             residual: Residual::NONE,
             step_deg: 0.0,
+            table_u: 0.0,
             reference: Reference::new(),
         }
     }
@@ -89,6 +92,11 @@ impl Refining {
     pub fn set_readings(&mut self, spread: u32, step_deg: f32) {
         self.record.set_spread(spread);
         self.step_deg = step_deg;
+    }
+
+    /// Samples are corrected by a table that leaves damping ratios uncertain by this, relative.
+    pub fn set_table(&mut self, damping_u: f32) {
+        self.table_u = damping_u;
     }
 
     pub fn is_recording(&self) -> bool {
@@ -296,6 +304,9 @@ impl Refining {
         };
         let wn_u = along(sin, cos) / seconds as f32;
         let zeta_u = along(cos * cos, -sin * cos) / (wn * seconds) as f32;
+        // What a table leaves moves amplitudes against one another, and no turning point in time.
+        let by_table = self.table_u * zeta as f32;
+        let zeta_u = libm::sqrtf(zeta_u * zeta_u + by_table * by_table);
         let clock_u = self.release.clock_u;
         let by_clock = clock_u * wn as f32;
         let mut refined = Refined {

@@ -19,7 +19,7 @@ use serde::{de::DeserializeOwned, Serialize};
 /// First byte of every frame.
 pub const VERSION: u8 = 1;
 /// Longest frame before COBS: header, body and CRC.
-pub const LONGEST_FRAME: usize = 384;
+pub const LONGEST_FRAME: usize = 416;
 /// Longest frame on the line, both zeros included.
 pub const LONGEST_ENCODED: usize = LONGEST_FRAME + LONGEST_FRAME / 254 + 3;
 const HEADER: usize = 7;

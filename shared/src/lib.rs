@@ -21,6 +21,7 @@ pub mod flags;
 mod forward;
 pub mod frame;
 pub mod history;
+pub mod linearity;
 pub mod misfit;
 pub mod modal;
 pub mod network;

@@ -4,6 +4,7 @@
 
 mod condition;
 mod hello;
+mod linearity;
 mod results;
 mod samples;
 mod signing;
@@ -15,6 +16,7 @@ pub use crate::frame::*;
 pub use condition::{rig_id, Condition, ConditionFault, Settings, FULL_SCALE_COUNTS};
 use heapless::Vec;
 pub use hello::{Hello, HelloReply};
+pub use linearity::{Absent, Linearity, LinearityPart, PART_KNOTS};
 use postcard_schema::Schema;
 pub use results::{
     counting, Counting, Derivatives, Measured, Precise, Refined, ReleaseResult, WindowResult,
@@ -124,6 +126,13 @@ pub enum Request {
     Session {
         number: u32,
     },
+    /// Part of a table for converter and sensor, in the order of its knots; with the last one it holds, and
+    /// is kept. One without knots erases what is kept. Not in mid-release, nor on a locked device.
+    SetLinearity(LinearityPart),
+    /// Asks for the table's part from this knot on.
+    Linearity {
+        at: u16,
+    },
 }
 
 /// The device's answer to a [`Request`].
@@ -134,6 +143,7 @@ pub enum Reply {
     Status(Status),
     Event(Event),
     Challenge { number: u32, nonce: u32 },
+    Linearity(LinearityPart),
     Refused(Refusal),
 }
 
@@ -176,6 +186,8 @@ pub enum Refusal {
     NotKept {
         oldest: u16,
     },
+    /// No table, or its parts did not come in order.
+    Linearity,
 }
 
 /// What the device says unasked.

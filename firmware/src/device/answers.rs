@@ -7,7 +7,8 @@ use crate::log;
 use crate::slots::Slot;
 use embedded_storage::nor_flash::NorFlash;
 use yawrig_shared::wire::{
-    self, Frame, HelloReply, NetworkStatus, Refusal, Reply, Request, Status, HELLO_KEY,
+    self, Frame, HelloReply, LinearityPart, NetworkStatus, Refusal, Reply, Request, Status,
+    HELLO_KEY,
 };
 
 impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
@@ -105,6 +106,8 @@ impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
                 measuring.end_after(after_samples, &mut context);
             }
             Request::Stream { samples } => self.stream.extend(samples),
+            Request::SetLinearity(part) => self.set_linearity(&part)?,
+            Request::Linearity { at } => return Ok(Reply::Linearity(self.linearity.part(at))),
         }
         Ok(Reply::Done)
     }
@@ -122,6 +125,21 @@ impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
         } else {
             None
         }
+    }
+
+    /// Takes part of a table. Who may not write networks may not change results by it either.
+    fn set_linearity(&mut self, part: &LinearityPart) -> Result<(), Refusal> {
+        self.may_swap()?;
+        if self.kept_lock().is_some() {
+            return Err(Refusal::Unsigned);
+        }
+        let identity = self.identity();
+        let put = self.linearity.put(self.store.flash(), identity, part);
+        self.refining.set_table(self.linearity.damping_u());
+        // Corrected otherwise, the model seems to have moved: it is looked at anew.
+        let (measuring, mut context) = self.split();
+        let settings = *measuring.next_settings();
+        put.and(measuring.configure(settings, &mut context))
     }
 
     /// The challenge upon which this update was permitted; none on a device without a lock.
@@ -186,6 +204,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
             reference: self.measuring.reference(),
             refined_reference: self.refining.reference(),
             learnt: self.measuring.learning().learnt(),
+            linearity: self.linearity.known(),
             start: self.start.clone(),
             sensor: self.sensor,
         }

@@ -9,6 +9,7 @@ mod gaps;
 mod holds;
 mod learning;
 mod learnt_power_cuts;
+mod linearity;
 mod lock;
 mod lock_faults;
 mod noise;

@@ -200,7 +200,10 @@ impl Client {
     /// Sends a request and waits for its reply.
     pub fn request(&mut self, request: &Request) -> std::result::Result<Reply, LinkError> {
         let patience = match request {
-            Request::FlashBegin { .. } | Request::FlashTrial | Request::FlashCommit => FLASH_ANSWER,
+            Request::FlashBegin { .. }
+            | Request::FlashTrial
+            | Request::FlashCommit
+            | Request::SetLinearity(_) => FLASH_ANSWER,
             _ => ANSWER,
         };
         let sequence = self.next_sequence();

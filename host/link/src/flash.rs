@@ -239,6 +239,7 @@ fn say_refusal(refusal: &Refusal) -> String {
         Refusal::CannotLock | Refusal::LockedAlready | Refusal::NotLocked | Refusal::NotAKey => {
             "it was asked about its lock".to_owned()
         }
+        Refusal::Linearity => "it was asked about its table".to_owned(),
     }
 }
 

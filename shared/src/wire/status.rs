@@ -1,6 +1,7 @@
 //! What the device says of itself.
 
 use super::condition::{Condition, Settings};
+use super::linearity::Linearity;
 use crate::blob::EffectIds;
 use crate::network::NumberNames;
 use heapless::Vec;
@@ -55,6 +56,7 @@ pub struct Status {
     pub reference: Option<u32>,
     pub refined_reference: Option<u32>,
     pub learnt: Learnt,
+    pub linearity: Linearity,
     pub start: Start,
     pub sensor: Sensor,
 }

@@ -4,8 +4,20 @@ use crate::{compare, hex};
 use std::fmt::Write as _;
 use yawrig_shared::blob;
 use yawrig_shared::derivatives::{Model, Wind};
+use yawrig_shared::linearity::Head;
 use yawrig_shared::network::NetworkError;
 use yawrig_shared::wire::{self, *};
+
+fn head() -> Head {
+    Head {
+        first_counts: 28_672,
+        spacing_bits: 4,
+        unit_bits: 1,
+        knots: 512,
+        learned_from: 8,
+        damping_u: 0.0078125,
+    }
+}
 
 /// One of each.
 fn requests() -> Vec<(&'static str, Request)> {
@@ -36,6 +48,15 @@ fn requests() -> Vec<(&'static str, Request)> {
         ("event", Request::Event { number: 7 }),
         ("end_release", Request::EndRelease { after_samples: 70_000 }),
         ("stream", Request::Stream { samples: 10_000 }),
+        (
+            "set_linearity",
+            Request::SetLinearity(LinearityPart {
+                head: head(),
+                at: 128,
+                corrections: heapless::Vec::from_slice(&[0, 1, -1, 127, -128]).unwrap(),
+            }),
+        ),
+        ("linearity", Request::Linearity { at: 128 }),
     ]
 }
 
@@ -187,6 +208,12 @@ fn the_longest_status_fits() {
         reference: Some(u32::MAX),
         refined_reference: Some(u32::MAX),
         learnt: Learnt { releases: u16::MAX, kept: true, forgotten: Some(Forgotten::Contradicted) },
+        linearity: Linearity {
+            knots: 512,
+            learned_from: u16::MAX,
+            largest_counts: u16::MAX,
+            absent: Some(Absent::Damaged),
+        },
         start: Start {
             cause: Cause::Watchdog,
             crash: Some(Crash { file: full(), line: u32::MAX }),
@@ -194,6 +221,14 @@ fn the_longest_status_fits() {
         sensor: Sensor { kind: SensorKind::Absolute, rate_hz: u16::MAX, delay_us: u16::MAX },
     };
     wire::encode(u16::MAX, &Reply::Status(status)).expect("a frame");
+}
+
+#[test]
+fn the_longest_part_of_a_table_fits() {
+    let corrections = heapless::Vec::from_slice(&[-1; PART_KNOTS]).unwrap();
+    let part = LinearityPart { head: head(), at: u16::MAX, corrections };
+    wire::encode(u16::MAX, &Request::SetLinearity(part.clone())).expect("a frame");
+    wire::encode(u16::MAX, &Reply::Linearity(part)).expect("a frame");
 }
 
 #[test]

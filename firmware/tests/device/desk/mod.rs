@@ -22,8 +22,13 @@ pub struct Desk<F = MemoryFlash> {
 
 impl<F: NorFlash> Desk<F> {
     pub fn new(flash: F) -> Self {
+        Self::on("desk", flash)
+    }
+
+    /// One of another name.
+    pub fn on(board: &'static str, flash: F) -> Self {
         Self {
-            device: Device::new(flash, "desk"),
+            device: Device::new(flash, board),
             sequence: 0,
             decoder: Decoder::new(),
             windows: Vec::new(),

@@ -16,6 +16,7 @@ use yawrig_firmware::BUILT_IN;
 use yawrig_mps2_an386::{flash, swing};
 use yawrig_shared::blob;
 use yawrig_shared::features::{Inputs, FEATURES};
+use yawrig_shared::linearity::{Head, Table, KNOTS};
 use yawrig_shared::network::forward;
 use yawrig_shared::potentiometer::{Decoder, Encoder};
 use yawrig_shared::wire::{Decoder as FrameDecoder, Event};
@@ -112,9 +113,33 @@ fn main() -> ! {
     });
     hprintln!("inference_on_components {}", projected);
 
+    hprintln!("sample_correction {}", correction(&mut counter));
     release(&mut counter);
     debug::exit(debug::EXIT_SUCCESS);
     unreachable!("QEMU was asked to exit")
+}
+
+/// What a table for the converter adds to a sample, at most.
+fn correction(counter: &mut Counter) -> u32 {
+    let (knots, learned_from) = (KNOTS as u16, 8);
+    let head = Head {
+        first_counts: 30_000,
+        spacing_bits: 4,
+        unit_bits: 1,
+        knots,
+        learned_from,
+        damping_u: 0.0,
+    };
+    let mut table = Table::new();
+    table.begin(&head);
+    table.put(0, &[-3; KNOTS]);
+    let mut tally = Tally::default();
+    for counts in (28_000..40_000_u16).step_by(7) {
+        tally.add(counter.count(|| {
+            black_box(black_box(&table).corrected(black_box(counts)));
+        }));
+    }
+    tally.most
 }
 
 /// Lets go of a model and counts what the samples cost.
