@@ -9,6 +9,7 @@ use std::time::Duration;
 pub const PATIENCE: Duration = Duration::from_secs(600);
 
 pub mod browser;
+pub mod converter;
 pub mod desk;
 mod ended;
 pub mod line;

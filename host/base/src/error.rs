@@ -117,6 +117,7 @@ impl From<yawrig_core::error::Error> for Error {
                 "add releases with axis = \"mid\": Cn_beta and Cn_r are those of the middle axis",
             ),
             Core::NoLaw => (Exit::Quality, "measure it from a longer release, or one from a larger amplitude"),
+            Core::NoTable => (Exit::Data, "give longer releases, from different amplitudes"),
             Core::Interrupted => (Exit::Interrupted, ""),
         };
         let named = Self::new(exit, error.to_string()).help(help);

@@ -108,6 +108,9 @@ pub enum Error {
     /// No curve of yaw angle and yaw rate comes near the record.
     #[error("no law of yaw angle and yaw rate could be fitted to this record")]
     NoLaw,
+    /// The equations for a sensor's error have no solution.
+    #[error("these releases do not determine what the sensor errs by")]
+    NoTable,
     /// A campaign without a wind-on release at the middle axis has no yaw moment derivatives.
     #[error("no spring was released at the middle axis with the wind on")]
     NoMiddleAxis,

@@ -10,6 +10,7 @@
 //! | fit chosen effects | [`fit::free_decay::FreeDecay`], [`fit::fitting`], to several releases [`fit::joint`] |
 //! | choose effects, or bring one | [`effects::Effect`], [`effects::Terms`] |
 //! | simulate | [`motion::simulate`] |
+//! | learn what a sensor errs by, as a table | [`linearity::Swings`] |
 //! | measure a law that no effect holds, and name it | [`law::estimate::measure`], [`law::names::names`] |
 //! | choose the next release | [`plan::rank`] |
 //! | write a roll decay in the coefficients of naval architecture | [`roll::RollDecay`] |
@@ -45,6 +46,7 @@ pub mod error;
 pub mod fit;
 pub mod identify;
 pub mod law;
+pub mod linearity;
 pub mod motion;
 pub mod plan;
 pub mod quantity;

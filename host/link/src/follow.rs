@@ -171,7 +171,8 @@ fn refined_text(refined: &Refined, record: &str) -> String {
     text.push_str(&derivatives_text(refined.derivatives.as_ref()));
     if refined.flags.has(Flags::MISFIT) {
         text.push_str(&format!(
-            "\n  something is missing here: look at it on the host with `yawrig diagnose {record}`"
+            "\n  something is missing here: look at it on the host with `yawrig diagnose {record}`; on a board without a table \
+             for its converter (`yawrig device` says) that may be the cause: `yawrig device linearity`"
         ));
     } else if refined.flags.has(Flags::WIDENED) {
         text.push_str("\n  the model may lack something: what that may do is in the uncertainties");

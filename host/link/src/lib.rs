@@ -14,6 +14,7 @@ pub mod holders;
 pub mod hub;
 pub mod image;
 pub mod key;
+pub mod linearity;
 pub mod live;
 pub mod numbers;
 pub mod port;

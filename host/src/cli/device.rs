@@ -1,5 +1,7 @@
 //! `yawrig device`: a device's firmware, protocol, network and slots.
 
+mod linearity;
+
 use super::common::{network_id, print_json, print_line, SCHEMA_VERSION};
 use super::device_arg::DeviceArg;
 use clap::{Args, Subcommand};
@@ -13,6 +15,7 @@ use yawrig_link::follow::{
     topology,
 };
 use yawrig_link::key;
+use yawrig_link::linearity as link;
 use yawrig_link::numbers::{named, Named};
 use yawrig_shared::wire::{SlotState, Status, NOBODYS_KEY};
 
@@ -45,6 +48,9 @@ enum Change {
         #[arg(long, value_name = "KEY")]
         key: PathBuf,
     },
+    /// Correct what its converter and sensor err by: learn it from releases that were recorded through them,
+    /// and write it to the device
+    Linearity(linearity::Linearity),
 }
 
 /// What to do, with its key read before the device is opened.
@@ -67,6 +73,7 @@ pub fn run(arguments: &Device) -> Result<()> {
             Some(Act::Lock(public))
         }
         Some(Change::Unlock { key }) => Some(Act::Unlock(key::read(key)?)),
+        Some(Change::Linearity(asked)) => return asked.run(&arguments.device, arguments.json),
     };
     let mut bench = arguments.device.open()?;
     match act {
@@ -112,6 +119,8 @@ fn to_json(identity: &Identity, status: &Status) -> Value {
     object["lost_events"] = json!(status.lost_events);
     object["lost_bytes"] = json!(status.lost_bytes);
     object["learnt"] = learnt_json(&status.learnt);
+    object["linearity"] = link::json(&status.linearity, &status.settings);
+    object["linearity_absent"] = json!(status.linearity.absent.map(link::absent_name));
     object["sensor"] = sensor_json(&status.sensor);
     object["start"] = start_json(&status.start);
     object
@@ -162,6 +171,7 @@ fn to_text(identity: &Identity, status: &Status) -> String {
     }
     lines.push(format!("learnt    {}", learnt_text(&status.learnt)));
     lines.push(format!("sensor    {}", sensor_text(&status.sensor)));
+    lines.push(format!("          {}", link::text(&status.linearity, &status.settings)));
     let settings = &status.settings;
     lines.push(format!("analyses  {} deg down to {} deg", settings.from_deg, settings.to_deg));
     lines.push(format!("samples   {} taken, {} lost", status.samples, status.lost_samples));

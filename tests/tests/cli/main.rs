@@ -15,6 +15,7 @@ mod foreign;
 mod formats;
 mod interrupts;
 mod law;
+mod linearity;
 mod lock;
 mod model;
 mod monitor;

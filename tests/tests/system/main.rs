@@ -11,6 +11,7 @@ mod followed;
 mod imports;
 mod least_squares_figures;
 mod line_faults;
+mod linearity;
 mod live;
 mod overruns;
 mod pictures;

@@ -53,7 +53,8 @@ const ADVICE: [(Flags, &str); Flags::NAMES.len()] = [
     (Flags::SPIKES, "spikes: outlying readings were left out; look for a loose contact or a worn potentiometer track"),
     (
         Flags::MISFIT,
-        "misfit: the second-order model does not explain the record; look at it on the host with `yawrig diagnose`",
+        "misfit: the second-order model does not explain the record; look at it on the host with `yawrig diagnose`; without a \
+         table for its converter (`yawrig device` says) the converter may be the cause: `yawrig device linearity`",
     ),
     (
         Flags::NOT_REFINED,

@@ -1,0 +1,73 @@
+//! A table for the converter, from records to the device and back.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use std::path::Path;
+use yawrig_shared::wire::Request;
+use yawrig_tests::converter::{record, settings, Converter, Release};
+use yawrig_tests::line::Board;
+use yawrig_tests::process::yawrig;
+
+/// Releases through a chip, as files.
+fn write(folder: &Path, count: u64) -> String {
+    let converter = Converter::chip(3);
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let mut names = Vec::new();
+    for seed in 0..count {
+        // Short ones.
+        let release = Release { wn: 12.0, zeta: 0.02, ..Release::random(1480.0, &mut random) };
+        let record = record("r", &release.counts(&converter, seed));
+        let rows = record.time_s.iter().zip(&record.yaw_deg);
+        let text: String = rows.map(|(time_s, deg)| format!("{time_s:.3},{deg}\n")).collect();
+        let name = format!("release-{seed}.csv");
+        std::fs::write(folder.join(&name), format!("time_s,yaw_deg\n{text}")).expect("room for it");
+        names.push(name);
+    }
+    names.join(" ")
+}
+
+#[test]
+fn a_device_learns_its_converter_keeps_it_and_forgets_it_when_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let records = write(folder, 4);
+    let board = Board::default();
+    let on_it = |arguments: &str| {
+        let line = board.plug();
+        yawrig(arguments).and("--device").and(line.path()).in_folder(folder).run()
+    };
+    let none = on_it("device --json").exits(0).json();
+    assert!(none["linearity"].is_null() && none["linearity_absent"].is_null(), "{none}");
+    on_it("device linearity release-0.csv release-1.csv").exits(2).says("too few").helps();
+    // Its default is another potentiometer.
+    on_it(&format!("device linearity {records}")).exits(3).says("deg a count").helps();
+    board.tell(&Request::Configure(settings()));
+
+    let learned = on_it(&format!("device linearity {records} --json")).exits(0).json();
+    assert_eq!(learned["linearity"]["learned_from"], 4);
+    let error = &learned["learned"]["damping_error"];
+    let (value, u) = (error["value"].as_f64().expect("one"), error["u"].as_f64().expect("one"));
+    assert!(value.abs() > 20.0 * u, "{learned}");
+    for _ in 0..2 {
+        let has = on_it("device --json").exits(0).json();
+        assert_eq!(has["linearity"], learned["linearity"]);
+        let codes = has["linearity"]["largest_codes"].as_f64().expect("a number");
+        assert!((2.0..16.0).contains(&codes), "{has}");
+        let shown = on_it("device").exits(0);
+        assert!(shown.stdout.contains("from 4 releases"), "{}", shown.report());
+        board.restart();
+    }
+    on_it(&format!("device linearity {records}")).exits(2).says("has a table already").helps();
+    let forgotten = on_it("device linearity --forget").exits(0);
+    assert!(forgotten.stdout.contains("not corrected"), "{}", forgotten.report());
+    assert!(on_it("device --json").exits(0).json()["linearity"].is_null());
+
+    // The scale may be said, too; and a locked device takes none.
+    let said = on_it(&format!("device linearity {records} --travel-deg 340")).exits(0);
+    assert!(said.stdout.contains("makes damping ratios"), "{}", said.report());
+    assert!(said.stdout.contains("stands still"), "{}", said.report());
+    yawrig("keygen key").in_folder(folder).run().exits(0);
+    on_it("device lock --key key --yes").exits(0);
+    on_it("device linearity --forget").exits(5).says("it is locked").helps();
+    assert_eq!(on_it("device linearity --json").exits(0).json()["linearity"]["learned_from"], 4);
+}
