@@ -136,6 +136,7 @@ pub fn from_text(file: &Path, text: &str, taken: &[&str]) -> Result<OwnEffect> {
         states,
         starts,
         text: text.to_owned(),
+        words: None,
     })
 }
 

@@ -69,6 +69,21 @@ pub struct Parameter {
     pub max: f64,
 }
 
+/// What is known of an effect beside its equations, each in a few words.
+#[derive(Debug)]
+pub struct Words {
+    /// What usually brings it about on a yaw rig.
+    pub cause: &'static str,
+    /// What it looks like in a record.
+    pub fingerprint: &'static str,
+    /// What to do at the rig to see that it is this.
+    pub confirm: &'static str,
+    /// How to be rid of it.
+    pub remove: &'static str,
+    /// The release that would distinguish it from the effects it resembles.
+    pub release: &'static str,
+}
+
 /// A definition that has passed its checks.
 #[derive(Debug)]
 pub struct OwnEffect {
@@ -92,6 +107,8 @@ pub struct OwnEffect {
     pub program: Program,
     /// The whole text of its file.
     pub text: String,
+    /// Of one that is there by name.
+    pub words: Option<&'static Words>,
 }
 
 impl OwnEffect {

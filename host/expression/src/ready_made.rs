@@ -1,15 +1,28 @@
 //! Effects that are given by their equations and follow late: used by their names, as the library's, and written
 //! as a user's own.
 
-use super::{from_text, OwnEffect};
+use super::{from_text, OwnEffect, Words};
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
-/// Identifier and file of each.
-const FILES: [(&str, &str); 1] = [("first_order_lag", include_str!("first_order_lag.toml"))];
+/// Identifier and file of each, and what is known of it.
+const FILES: [(&str, &str, &Words); 1] = [(
+    "first_order_lag",
+    include_str!("first_order_lag.toml"),
+    &Words {
+        cause: "with the wind on the wake, which changes some time after the angle; without wind a strap, rubber or an oil film",
+        fingerprint: "the first cycles are off, the mid-line with them; what follows is a second-order response",
+        confirm: "on other springs a and rate stay; a wake's a goes with the square of the wind speed, its rate with the speed",
+        remove: "take straps and rubber away; a wake belongs to the car: its share is in the derivatives against reduced frequency",
+        release: "the same amplitude on a softer and a stiffer spring, with the wind on and off",
+    },
+)];
 
 static ALL: LazyLock<Vec<Arc<OwnEffect>>> = LazyLock::new(|| {
-    let read = |(id, text)| from_text(Path::new(id), text, &[]).expect("a file that is tested");
+    let read = |(id, text, words)| {
+        let effect = from_text(Path::new(id), text, &[]).expect("a file that is tested");
+        OwnEffect { words: Some(words), ..effect }
+    };
     FILES.into_iter().map(read).map(Arc::new).collect()
 });
 

@@ -4,7 +4,7 @@
 use crate::at_once::AtOnce;
 use crate::diagnosis::guards::Refusal;
 use crate::diagnosis::likelihood::{
-    beyond, evidence, is_explained, may_rival, BREADTH, DECISIVE, FROM_AFAR, NEAR_NOISE,
+    beyond, evidence, is_explained, may_rival, may_rival_leaving, BREADTH, DECISIVE, NEAR_NOISE,
 };
 use crate::diagnosis::search_start::library;
 use crate::effects::Effect;
@@ -48,7 +48,7 @@ pub(super) fn instead(
     let gain = |larger: &Fitted| evidence(accepted, larger, larger.effective_count());
     let screens: Vec<Screen> =
         inner.into_iter().map_at_once(|inner| Screen::new(decay, inner)).collect();
-    let late = late(decay, plain, accepted, singles, refused);
+    let late = late(decay, &screens[0], accepted, singles, refused);
     screens
         .iter()
         .flat_map(|screen| flexible.iter().map(move |effect| (screen, effect)))
@@ -67,40 +67,46 @@ pub(super) fn instead(
         .map(|(_, larger)| larger)
 }
 
-/// `plain`, alone or with the effect of one of the best of `singles`, and a moment that follows late, where that
-/// explains the record: such effects are slow, and one is fitted only where a linear step says that it may be as
-/// good as `accepted`.
+/// The model of `plain`, alone or with the effect of one of the best of `singles`, and a moment that follows late,
+/// where that explains the record: such effects are slow, and one is fitted only where a linear step says that it
+/// may be as good as `accepted`.
 fn late(
     decay: &FreeDecay,
-    plain: &Fitted,
+    plain: &Screen,
     accepted: &Fitted,
     singles: &[Fitted],
     refused: &[Refusal],
 ) -> Vec<Fitted> {
-    if is_explained(plain, decay) {
+    if is_explained(plain.inner, decay) {
         return Vec::new();
     }
     let mut best: Vec<&Fitted> = singles.iter().filter(|single| single.converged).collect();
     best.sort_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares));
     best.truncate(BREADTH);
-    best.insert(0, plain);
+    let best: Vec<Screen> =
+        best.into_iter().map_at_once(|single| Screen::new(decay, single)).collect();
     let known = |effect: &Effect| {
-        plain.structure.effects.contains(effect) || refused.iter().any(|r| r.effect == *effect)
+        let there = &plain.inner.structure.effects;
+        there.contains(effect) || refused.iter().any(|refusal| refusal.effect == *effect)
     };
     let ready_made = all_ready_made().iter().cloned().map(Effect::Own);
     let ready_made: Vec<Effect> = ready_made.filter(|effect| !known(effect)).collect();
-    let with = |inner: &Fitted, effect: &Effect| {
-        let begun = Screen::new(decay, inner).begun_with(effect)?;
-        if begun.left > FROM_AFAR * accepted.sum_of_squares {
+    let with = |(screen, effect): (&Screen, &Effect)| {
+        let begun = screen.begun_with(effect)?;
+        let leaves = (begun.left, effect.parameters().len());
+        if !may_rival_leaving(screen, leaves, accepted) {
             return None;
         }
-        let quick = fit_near(decay, &begun.structure, &begun.parameters, inner.count);
+        let quick = fit_near(decay, &begun.structure, &begun.parameters, screen.inner.count);
         is_explained(&quick, decay).then(|| {
             let structure = Structure { swift: false, ..begun.structure };
             refitted(decay, &structure, &quick.parameters)
         })
     };
-    let pairs = best.into_iter().flat_map(|inner| ready_made.iter().map(move |e| (inner, e)));
-    let pairs: Vec<(&Fitted, &Effect)> = pairs.collect();
-    pairs.into_iter().map_at_once(|(inner, effect)| with(inner, effect)).flatten().collect()
+    let screens = std::iter::once(plain).chain(&best);
+    screens
+        .flat_map(|screen| ready_made.iter().map(move |effect| (screen, effect)))
+        .map_at_once(with)
+        .flatten()
+        .collect()
 }

@@ -24,7 +24,7 @@ pub(crate) const NEAR_NOISE: f64 = 1.5;
 pub(super) const DECISIVE: f64 = 3.0 * bic::MARGIN;
 /// Sum of squares that a linear step from farther off leaves, over that of a model, for it to be tried in
 /// that model's place.
-pub(super) const FROM_AFAR: f64 = 3.0;
+const FROM_AFAR: f64 = 3.0;
 
 /// Difference of BIC in favour of `larger`, on `effective` independent residuals.
 pub(crate) fn evidence(smaller: &Fitted, larger: &Fitted, effective: f64) -> f64 {
@@ -59,7 +59,15 @@ pub(super) fn are_explained(fits: &[Fitted], decays: &[FreeDecay]) -> bool {
 
 /// Whether one linear step with `effect` from the model of `screen` says that it may be as good as `model`.
 pub(super) fn may_rival(screen: &Screen, effect: &Effect, model: &Fitted) -> bool {
-    let (left, more) = screen.left_with(effect);
+    may_rival_leaving(screen, screen.left_with(effect), model)
+}
+
+/// The same of a step that leaves so much of the sum of squares and takes so many numbers more.
+pub(super) fn may_rival_leaving(
+    screen: &Screen,
+    (left, more): (f64, usize),
+    model: &Fitted,
+) -> bool {
     // From near the noise a linear step is to be believed.
     if screen.inner.over_noise(screen.decay) >= NEAR_NOISE {
         return left < FROM_AFAR * model.sum_of_squares;

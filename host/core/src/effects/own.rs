@@ -3,11 +3,21 @@
 use super::law::{Card, Equation, Law, Scale, Seen, SMALL};
 use super::terms::Terms;
 use std::sync::Arc;
-use yawrig_expression::{OwnEffect, OwnTerm, Parameter, Unit};
+use yawrig_expression::{OwnEffect, OwnTerm, Parameter, Unit, Words};
 
 /// Of the start of a parameter: its size, so that the fit's differences stand out of what a step size that
 /// adapts itself leaves uncertain.
 const SIZE: f64 = 30.0;
+/// Of a user's own, of which no more is known.
+const USERS: Words = Words {
+    cause: "whoever wrote it knows: an effect from a file of your own",
+    fingerprint:
+        "where its moment is large: compare residuals over the phase plane with and without it",
+    confirm:
+        "fit it to releases of other sizes, on other springs, with the wind off: its numbers stay",
+    remove: "depends on what it stands for",
+    release: "another amplitude, another spring, wind off: whichever moves the two moments apart",
+};
 
 impl Law for Arc<OwnEffect> {
     fn id(&self) -> &str {
@@ -81,14 +91,8 @@ impl Law for Arc<OwnEffect> {
     }
 
     fn card(&self) -> Card<'_> {
-        Card {
-            title: &self.title,
-            formula: &self.formula,
-            cause: "whoever wrote it knows: an effect from a file of your own",
-            fingerprint: "where its moment is large: compare residuals over the phase plane with and without it",
-            confirm: "fit it to releases of other sizes, on other springs, with the wind off: its numbers stay",
-            remove: "depends on what it stands for",
-            release: "another amplitude, another spring, wind off: whichever moves the two moments apart",
-        }
+        let Words { cause, fingerprint, confirm, remove, release } = self.words.unwrap_or(&USERS);
+        let (title, formula) = (&self.title, &self.formula);
+        Card { title, formula, cause, fingerprint, confirm, remove, release }
     }
 }

@@ -69,11 +69,15 @@ impl<'a> Screen<'a> {
     pub(crate) fn begun_with(&self, effect: &Effect) -> Option<Begun> {
         let Self { decay, inner, .. } = *self;
         let Effect::Own(own) = effect else { return None };
-        let size = inner.parameters.len() + own.size_parameter()?;
+        let of_own = own.size_parameter()?;
+        let size = inner.parameters.len() + of_own;
         let structure = Structure { swift: true, ..inner.structure.with(effect) };
+        let mut starts = crate::fit::starts::of(decay, inner, effect);
+        starts.iter_mut().for_each(|start| start[of_own] = 0.0);
+        // Those that differed by the size alone.
+        starts.dedup();
         let begun = |start: Vec<f64>| {
             let mut p = [&inner.parameters[..], &start].concat();
-            p[size] = 0.0;
             let problem = problem_of_one(Release { decay, count: inner.count }, &structure, &p);
             let (residuals, by_size) = problem.parts[0].linearised_by(&p, &[size]);
             let places: Vec<usize> = self.free.iter().copied().chain([size]).collect();
@@ -86,7 +90,7 @@ impl<'a> Screen<'a> {
             let left = (inner.sum_of_squares - gain * decay.noise_rad.powi(2)).max(0.0);
             Some(Begun { structure: structure.clone(), parameters: p, left })
         };
-        let all = crate::fit::starts::of(decay, inner, effect).into_iter().map_at_once(begun);
+        let all = starts.into_iter().map_at_once(begun);
         all.flatten().min_by(|a, b| a.left.total_cmp(&b.left))
     }
 }

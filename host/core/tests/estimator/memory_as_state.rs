@@ -113,6 +113,9 @@ fn a_moment_that_follows_late_is_named_unasked() {
         let mut expected = vec!["first_order_lag"];
         expected.extend(name.split('.').next().filter(|id| !id.is_empty()));
         assert_eq!(found.status, Status::Explained);
+        // What is printed of it is of a lag, not of a file that somebody wrote.
+        let lag = found.effects.iter().find(|e| e.id() == "first_order_lag").expect("the lag");
+        assert!(lag.card().cause.contains("wake"), "{}", lag.card().cause);
         assert!(names.len() == expected.len() && expected.iter().all(|id| names.contains(id)));
         let all = [("first_order_lag.a", a), ("first_order_lag.rate", rate), (name, planted)];
         for (number, truth) in all.into_iter().filter(|(number, _)| !number.is_empty()) {
