@@ -4,7 +4,7 @@ use crate::at_once::AtOnce;
 use crate::bic;
 use crate::diagnosis::answer::Candidate;
 use crate::diagnosis::flexible::is_simple;
-use crate::diagnosis::guards::{self, Refusal};
+use crate::diagnosis::guards::{self, Refusal, OF_NAMED};
 use crate::diagnosis::lines;
 use crate::diagnosis::over_pieces;
 use crate::diagnosis::survivors::{self, PredictedModel, Survivors};
@@ -71,15 +71,29 @@ pub(super) fn of_judged(
     refitted(decay, &whole.structure, &whole.numbers(0))
 }
 
+/// Those effects of `model` beyond `there` none of whose numbers is known to be other than zero.
+fn of_unknown_size(model: &Fitted, there: &[Effect]) -> Vec<Effect> {
+    let numbers = model.effect_parameters();
+    let may_be_none = |effect: &&Effect| {
+        let is_its =
+            |name: &str| name.rsplit_once('.').is_some_and(|(e, _)| e == effect.to_string());
+        numbers.iter().filter(|(name, _)| is_its(name)).all(|(_, q)| q.holds(0.0, OF_NAMED))
+    };
+    let new = model.structure.effects.iter().filter(|e| !there.contains(e));
+    new.filter(may_be_none).cloned().collect()
+}
+
 /// `survivors` less what cannot stand in one of the releases, their last model fitted to the whole of each by
-/// `fit`, and what was refused.
+/// `fit`, and what was refused. An effect whose size, as `finished` knows it, may be zero stays as long as the
+/// prediction needs it.
 ///
 /// # Errors
 /// Interrupted, once somebody asked for it.
-pub(super) fn standing<T>(
+pub(super) fn standing<T: Clone>(
     decays: &[FreeDecay],
     mut survivors: Survivors,
     fit: impl Fn(&Survivors, &PredictedModel) -> T,
+    finished: impl Fn(T) -> T,
     each: impl Fn(&T) -> &[Fitted],
 ) -> Result<(Survivors, T, Vec<Refusal>)> {
     let mut refused = Vec::new();
@@ -92,7 +106,19 @@ pub(super) fn standing<T>(
             continue;
         }
         let refusal = fits.find_map(|(fit, decay)| guards::refusal(fit, decay, survivors.there()));
-        let Some(refusal) = refusal else { return Ok((survivors, last, refused)) };
+        let Some(refusal) = refusal else {
+            let known = finished(last.clone());
+            let in_each = each(&known).iter().map(|fit| of_unknown_size(fit, survivors.there()));
+            let in_all = |a: Vec<Effect>, b: Vec<Effect>| {
+                a.into_iter().filter(|effect| b.contains(effect)).collect()
+            };
+            let unknown = in_each.reduce(in_all).unwrap_or_default();
+            let Some(less) = survivors.less_needless(&unknown) else {
+                return Ok((survivors, known, refused));
+            };
+            survivors = survivors.up_to(less.into())?;
+            continue;
+        };
         survivors = survivors.without(&refusal.effect)?;
         refused.push(refusal);
     }
@@ -107,19 +133,18 @@ pub(crate) fn account(
     survivors: Survivors,
     zero_unknown: bool,
 ) -> Result<Account> {
-    let (survivors, last, refused) = standing(
+    let with_discrepancy = |model: Fitted| model.with_discrepancy(decay);
+    let (survivors, known, refused) = standing(
         std::slice::from_ref(decay),
         survivors,
         |survivors, judged| of_judged(decay, survivors, judged),
+        |last| with_discrepancy(polished(last, decay)),
         std::slice::from_ref,
     )?;
     let smaller = &survivors.path[..survivors.path.len() - 1];
     let fits: Vec<Fitted> =
         smaller.iter().map_at_once(|judged| of_judged(decay, &survivors, judged)).collect();
-    let last = polished(last, decay);
     decay.stop.check()?;
-    let with_discrepancy = |model: Fitted| model.with_discrepancy(decay);
-    let known = with_discrepancy(last.clone());
     let rest = known.rest_rad().expect("a rest angle that was fitted");
     let offset = !zero_unknown && !rest.holds(0.0, CHANCE);
     let mut steps = Vec::new();
@@ -138,7 +163,7 @@ pub(crate) fn account(
         effects.push(Effect::of_rest());
     }
     let plain = steps.len();
-    let longer = lines::beside(decay, &last, survivors.there())?
+    let longer = lines::beside(decay, &known, survivors.there())?
         .into_iter()
         .map(|longer| (with_discrepancy(polished(longer.model, decay)), longer.held_out_rad));
     let held_out = survivors.path.iter().map(|judged| judged.prediction.rms_rad());

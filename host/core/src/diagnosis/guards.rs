@@ -28,7 +28,7 @@ pub(crate) struct Refusal {
 /// are the user's.
 pub(super) fn refusal(model: &Fitted, decay: &FreeDecay, there: &[Effect]) -> Option<Refusal> {
     no_line(model, decay, there)
-        .or_else(|| unknown(model, there))
+        .or_else(|| unknown(model, there, CHANCE))
         .or_else(|| feeding(model, decay, there))
 }
 
@@ -86,8 +86,12 @@ fn no_line_of(effect: &Effect, model: &Fitted, decay: &FreeDecay) -> Option<Refu
     }
 }
 
-/// An effect none of whose numbers is known to be other than zero, or one with a number at its bound.
-fn unknown(model: &Fitted, there: &[Effect]) -> Option<Refusal> {
+/// Standard uncertainties, what the model lacks among them, within which a named effect may not be zero.
+pub(super) const OF_NAMED: f64 = 2.0;
+
+/// An effect none of whose numbers is known to be more than `k` standard uncertainties from zero, or one with a
+/// number at its bound.
+pub(super) fn unknown(model: &Fitted, there: &[Effect], k: f64) -> Option<Refusal> {
     let numbers = model.effect_parameters();
     model.structure.effects.iter().filter(|e| !there.contains(e)).find_map(|effect| {
         let own: Vec<_> = effect
@@ -114,7 +118,7 @@ fn unknown(model: &Fitted, there: &[Effect]) -> Option<Refusal> {
             Some(line) => &own[line.size..=line.size],
             None => &own[..],
         };
-        match sizes.iter().any(|(_, q)| q.value.abs() > CHANCE * q.u) {
+        match sizes.iter().any(|(_, q)| !q.holds(0.0, k)) {
             true => None,
             false => {
                 let (p, q) = sizes[0];

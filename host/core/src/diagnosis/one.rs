@@ -3,7 +3,7 @@
 use crate::diagnosis::account::{self, Account};
 use crate::diagnosis::alike::alike;
 use crate::diagnosis::answer::{hold_least, Diagnosed, Diagnosis, HeldOut, Options, Status, Step};
-use crate::diagnosis::by_likelihood::by_likelihood;
+use crate::diagnosis::by_likelihood::{by_likelihood, Likely};
 use crate::diagnosis::guards;
 use crate::diagnosis::likelihood::NEAR_NOISE;
 use crate::diagnosis::search::SearchStart;
@@ -13,7 +13,7 @@ use crate::discrepancy::ABOVE_NOISE;
 use crate::effects::Effect;
 use crate::error::{Error, Result};
 use crate::fit::fitting::Fitted;
-use crate::fit::free_decay::FreeDecay;
+use crate::fit::free_decay::{FreeDecay, BEGINNING};
 use crate::record::Record;
 use std::slice::from_ref;
 
@@ -32,10 +32,10 @@ pub(super) fn of_one(record: &Record, decay: FreeDecay, options: &Options) -> Re
     let best = &account.last().model;
     let decay = with_floor_of(decay, best);
     let name = name_of(&present.effects);
-    let start = match SearchStart::of(&decay, options) {
+    let likely = match likely(record, &decay, options) {
         // About the sensor's zero the present model may have no fit where it has one about its rest angle.
         Err(Error::NotFitted) => return by_prediction(record, decay, account, name),
-        start => start?,
+        likely => likely?,
     };
     // What is random predicts nothing: it may stand beside effects that predict most of the record, where it
     // is believed, not in their place.
@@ -48,7 +48,6 @@ pub(super) fn of_one(record: &Record, decay: FreeDecay, options: &Options) -> Re
         let beside_them = beside.peek().is_some() && beside.all(|e| account.effects.contains(e));
         !account.explains_most() || *status == Status::Explained && beside_them
     };
-    let likely = by_likelihood(record, &decay, &start)?;
     // Why a line is none, which pieces do not show.
     let mut refused = likely.candidates();
     refused.retain(|c| c.reason.is_some() && c.effect.line().is_some());
@@ -61,6 +60,20 @@ pub(super) fn of_one(record: &Record, decay: FreeDecay, options: &Options) -> Re
     account.candidates.extend(refused);
     decay.stop.check()?;
     by_prediction(record, decay, account, name)
+}
+
+/// What likelihood finds in `decay`: a model that explains it explains its beginning, too, so that of a long one
+/// ever longer beginnings are searched, as far as they are explained.
+fn likely(record: &Record, decay: &FreeDecay, options: &Options) -> Result<Likely> {
+    let beginnings = std::iter::successors(Some(BEGINNING), |count| Some(2 * count));
+    for count in beginnings.take_while(|count| 2 * count <= decay.yaw_rad.len()) {
+        let part = decay.beginning(count);
+        let found = by_likelihood(record, &part, &SearchStart::of(&part, options)?)?;
+        if !found.explains() {
+            return Ok(found);
+        }
+    }
+    by_likelihood(record, decay, &SearchStart::of(decay, options)?)
 }
 
 /// `decay` with the floor of coloured noise as `model` shows it, where the one does not account for what the
@@ -112,4 +125,37 @@ fn by_prediction(
     let diagnosis = Diagnosis::of(&[record.name()], from_ref(&decay), models, chosen);
     let path = account.steps.into_iter().map(|s| vec![s.model]).collect();
     Ok(Diagnosed { diagnosis, decays: vec![decay], singles: Vec::new(), path })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    /// Of a second-order response of 45 000 means the whole is the answer, though its beginning is searched first;
+    /// where the natural frequency leaps in the beginning, no model explains it, and the whole is not asked.
+    #[test]
+    fn a_long_release_is_searched_as_far_as_something_explains_it() {
+        let mut rng = ChaCha8Rng::seed_from_u64(4);
+        let mut found = |leap: f64| {
+            let sample = |k: u32| {
+                let t = f64::from(k) * 0.02;
+                let phase = 6.0 * t + leap * (t - 100.0).max(0.0);
+                let z: f64 = StandardNormal.sample(&mut rng);
+                (t, 12.0 * (-0.003 * t).exp() * phase.cos() + 0.05 * z)
+            };
+            let (time_s, yaw_deg) = (0..45_000).map(sample).unzip();
+            let record = Record::new("long", time_s, yaw_deg);
+            let decay = FreeDecay::of(&record).expect("a free decay");
+            assert!(decay.yaw_rad.len() > 2 * BEGINNING, "{}", decay.yaw_rad.len());
+            let found = likely(&record, &decay, &Options::default()).expect("an answer");
+            (found.explains(), found.answer(&record).decays[0].yaw_rad.len(), decay.yaw_rad.len())
+        };
+        let (explains, searched, all) = found(0.0);
+        assert!(explains && searched == all, "{explains}, {searched} of {all}");
+        let (explains, searched, _) = found(0.05);
+        assert!(!explains && searched == BEGINNING, "{explains}, {searched}");
+    }
 }

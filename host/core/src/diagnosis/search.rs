@@ -3,7 +3,7 @@
 use crate::at_once::AtOnce;
 use crate::bic::{self, MARGIN};
 use crate::diagnosis::flexible;
-use crate::diagnosis::guards::{self, Refusal};
+use crate::diagnosis::guards::{self, Refusal, OF_NAMED};
 pub use crate::diagnosis::likelihood::is_explained;
 pub(crate) use crate::diagnosis::likelihood::{beyond, evidence};
 use crate::diagnosis::likelihood::{may_rival, BREADTH, DECISIVE, NEAR_NOISE};
@@ -51,14 +51,26 @@ pub(crate) fn search(decay: &FreeDecay, start: &SearchStart) -> Result<SearchRes
     let mut start = start.clone();
     let mut refused: Vec<Refusal> = Vec::new();
     loop {
-        let (decay, rounds, accepted) = search_from(decay, &start, &refused)?;
-        let SearchStart { plain, candidates, .. } = &start;
-        let there = &plain.structure.effects;
-        if let Some(refusal) = guards::refusal(&accepted.model, &decay, there) {
+        let (decay, rounds, mut accepted) = search_from(decay, &start, &refused)?;
+        let refusal = loop {
+            let there = &start.plain.structure.effects;
+            if let Some(refusal) = guards::refusal(&accepted.model, &decay, there) {
+                break Some(refusal);
+            }
+            let unknown = of_unknown_size(&accepted.model, &decay, &start.plain);
+            let Some(refusal) = unknown else { break None };
+            let less = polished(removed(&decay, &accepted.model, &refusal.effect), &decay);
+            let judge = ByEvidence { decay: &decay, start: &start, precisely: true };
+            accepted = Nested::pruned(&judge, less)?;
+            start = start.without(&refusal.effect);
+            refused.push(refusal);
+        };
+        if let Some(refusal) = refusal {
             start = start.without(&refusal.effect);
             refused.push(refusal);
             continue;
         }
+        let SearchStart { plain, candidates, .. } = &start;
         let decay = sharpened(decay, &accepted.model);
         let indistinguishable = match is_explained(&accepted.model, &decay) {
             true => rivals(&decay, plain, &accepted, candidates, &rounds),
@@ -70,6 +82,13 @@ pub(crate) fn search(decay: &FreeDecay, start: &SearchStart) -> Result<SearchRes
         let (plain, singles) = (start.plain, singles.clone());
         return Ok(SearchResult { decay, plain, singles, path, indistinguishable, refused });
     }
+}
+
+/// An effect of `model`, which explains the record, whose size may be zero as it will be told.
+fn of_unknown_size(model: &Fitted, decay: &FreeDecay, plain: &Fitted) -> Option<Refusal> {
+    let explains = is_explained(model, decay) && !beyond(plain, model).is_empty();
+    let told = explains.then(|| model.clone().with_discrepancy(decay))?;
+    guards::unknown(&told, &plain.structure.effects, OF_NAMED)
 }
 
 /// `decay` with the noise floor as the `leader` shows it, where that is near it: what is far off shows more
@@ -273,7 +292,7 @@ fn rivals(
         candidates.iter().filter(|&c| !effects.contains(c)).cloned().collect();
     let in_place_of = |(inside, inner): (&Effect, &Fitted)| -> Vec<[Effect; 2]> {
         if effects.len() == 1 {
-            let others = rounds[0].iter().filter(|m| beyond(plain, m) != effects);
+            let others = rounds[0].iter().filter(|m| outside.contains(&beyond(plain, m)[0]));
             return others
                 .filter(|m| as_good(m))
                 .map(|m| [inside.clone(), beyond(plain, m)[0].clone()])

@@ -194,8 +194,9 @@ impl Rig<'_> {
             let sharing = sharing(&self.shared(&fit.structure.effects), self.modal());
             joint::fit_or_lengthened(&whole(decays), &fit.structure, &sharing, pooled.begun(fit))
         };
+        let finished = |joint| finished(joint, decays);
         let (survivors, last, refused) =
-            account::standing(decays, survivors, joint, |joint| &joint.fits)?;
+            account::standing(decays, survivors, joint, finished, |joint| &joint.fits)?;
         let stands = |rival: &PredictedModel| {
             let fits = joint(&survivors, rival).fits;
             let there = survivors.there();
@@ -207,12 +208,12 @@ impl Rig<'_> {
         let mut joints = Vec::new();
         for judged in smaller {
             decays[0].stop.check()?;
-            joints.push(joint(&survivors, judged));
+            joints.push(finished(joint(&survivors, judged)));
         }
         joints.push(last);
         let path = joints.into_iter().zip(&survivors.path).map(|(joint, judged)| Together {
             shared: self.shared(&joint.structure.effects),
-            joint: finished(joint, decays),
+            joint,
             held_out_over_noise: judged.prediction.rms_rad() / noise_rad,
         });
         let mut path: Vec<Together> = path.collect();

@@ -309,7 +309,17 @@ impl Survivors {
         self.up_to(less.into())
     }
 
-    fn up_to(mut self, last: Nested<PredictedModel>) -> Result<Self> {
+    /// The last model less that one of `effects` that the prediction misses least, where without it the error over
+    /// all pieces, each weighing as it errs, is next to nothing larger; `None` where it needs them all.
+    pub(super) fn less_needless(&self, effects: &[Effect]) -> Option<PredictedModel> {
+        let last = self.path.last().expect("the plain model");
+        let without = |e: &Effect| judged(&self.lengths, without(&self.lengths, &last.model, e));
+        let rms = |model: &PredictedModel| model.prediction.rms_rad();
+        let least = effects.iter().map_at_once(without).min_by(|a, b| rms(a).total_cmp(&rms(b)))?;
+        ((1.0 - LEAST_GAIN) * rms(&least) < rms(last)).then_some(least)
+    }
+
+    pub(super) fn up_to(mut self, last: Nested<PredictedModel>) -> Result<Self> {
         let judge = ByPrediction { lengths: &self.lengths, there: self.there().len() };
         self.path = last.path(&judge, self.path[0].clone())?;
         Ok(self)

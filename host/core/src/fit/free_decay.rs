@@ -20,6 +20,9 @@ use std::sync::Arc;
 /// Block means per cycle: those on which residual and noise floor are compared.
 pub(crate) const MEANS_PER_CYCLE: f64 = 50.0;
 
+/// Block means of a release's beginning: what takes a simulation of the whole for each guess is asked of as many first.
+pub(crate) const BEGINNING: usize = 20_000;
+
 /// `record` with so many samples a second, and the samples it is made of where they did not come evenly.
 fn evenly(record: &Record, rate_hz: f64) -> Result<(Cow<'_, Record>, Option<Record>)> {
     let mut samples = Samples::new(&record.time_s, &record.yaw_deg);
@@ -256,12 +259,16 @@ impl FreeDecay {
     /// What a law that is smooth over the rate can hold of it: without the cycle in which dry friction stops
     /// the model.
     pub(crate) fn smooth(&self) -> Cow<'_, Self> {
-        let count = self.smooth;
+        self.beginning(self.smooth)
+    }
+
+    /// Its first `count` means; all where there are no more.
+    pub(crate) fn beginning(&self, count: usize) -> Cow<'_, Self> {
         if count >= self.yaw_rad.len() {
             return Cow::Borrowed(self);
         }
-        let yaw_rad = self.yaw_rad[..count].to_vec();
-        Cow::Owned(Self { grid: Grid { count, ..self.grid }, yaw_rad, ..self.clone() })
+        let grid = Grid { count, ..self.grid };
+        Cow::Owned(Self { grid, yaw_rad: self.yaw_rad[..count].to_vec(), ..self.clone() })
     }
 
     /// With the floor of coloured noise as the record and the `residuals` of a good model show it; where the

@@ -13,7 +13,7 @@ use crate::diagnosis::verdict::MOST_LEFT;
 use crate::discrepancy::ABOVE_NOISE;
 use crate::effects::{Acts, Effect};
 use crate::fit::fitting::{Fitted, Structure};
-use crate::fit::free_decay::FreeDecay;
+use crate::fit::free_decay::{FreeDecay, BEGINNING};
 use crate::fit::segments::{fit_from, fit_towards, PieceFit, ROUGH, SETTLED};
 use crate::fit::starts;
 
@@ -65,8 +65,8 @@ pub struct Beside {
     pub held_out_over_noise: f64,
     /// Of a line, rad/s.
     pub frequency_rad_s: Option<f64>,
-    /// Of the whole release what is not the law's, rad: the law as it is beside the effect; of randomness,
-    /// alone.
+    /// Of the release, a long one's beginning, what is not the law's, rad: the law as it is beside the effect; of
+    /// randomness, alone.
     pub(crate) residuals_rad: Vec<f64>,
 }
 
@@ -141,6 +141,7 @@ fn not_the_laws(decay: &FreeDecay, tried: &BesideFit) -> Vec<f64> {
 /// releases, whose lines and drifts are each its own.
 pub(super) fn beside(releases: &Releases, lengths: &Lengths, found: &Measured) -> Option<Beside> {
     let decay = releases.alone().filter(|_| found.held_out_over_noise > ABOVE_NOISE)?;
+    let decay = &*decay.beginning(BEGINNING);
     let structure = found.with_line();
     let whole = fit_whole(decay, &structure, &found.fit.numbers(0));
     let all = Effect::deterministic()

@@ -3,7 +3,7 @@
 use crate::diagnosis::over_pieces::{plain_start, Lengths};
 use crate::error::Result;
 use crate::fit::fitting::{Fitted, Structure};
-use crate::fit::free_decay::FreeDecay;
+use crate::fit::free_decay::{FreeDecay, BEGINNING};
 use crate::fit::joint::{self, Release, Sharing};
 use crate::fit::pieces::Own;
 use crate::fit::segments::PieceFit;
@@ -134,10 +134,12 @@ impl<'a> Releases<'a> {
         (0..self.decays.len()).map(of).collect()
     }
 
-    /// All fitted whole from where their pieces have led, by fixed steps and then by steps that adapt; the
-    /// first release's share of it.
+    /// All fitted whole, long ones' beginnings, from where their pieces have led, by fixed steps and then by steps
+    /// that adapt; the first release's share of it.
     pub(super) fn whole(&self, fit: &PieceFit) -> Result<Fitted> {
-        let releases: Vec<Release> = self.decays.iter().map(|d| Release::whole(d)).collect();
+        let begun = |d: &Cow<'_, FreeDecay>| d.yaw_rad.len().min(BEGINNING);
+        let whole = self.decays.iter().map(|d| Release { decay: d, count: begun(d) });
+        let releases: Vec<Release> = whole.collect();
         let effects = vec![vec![Some(0); releases.len()]; fit.structure.effects.len()];
         let sharing = Sharing { modal: self.modal.clone(), effects };
         let fitted = |swift: bool, starts: &[Vec<f64>]| {

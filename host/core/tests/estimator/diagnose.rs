@@ -59,6 +59,16 @@ impl Case {
         found.len() == truth.len() && truth.iter().all(|t| found.iter().any(|f| stands_for(f, t)))
     }
 
+    /// Whether two standard uncertainties of every number of a named effect, phases apart, reach to zero.
+    fn names_what_may_be_zero(&self) -> bool {
+        let numbers = &self.found.steps.last().expect("a step").parameters;
+        let is_known = |effect: &Effect| {
+            let sizes = effect.parameters().iter().filter(|p| p.name != "phi" && p.name != "phase");
+            sizes.map(|p| numbers[&format!("{effect}.{}", p.name)]).any(|q| !q.holds(0.0, 2.0))
+        };
+        self.found.effects.iter().any(|e| !e.is_random() && !is_known(e))
+    }
+
     fn last_over_true_noise(&self) -> f64 {
         let last = self.found.steps.last().expect("a step");
         last.residual_over_noise * self.noise_ratio()
@@ -150,6 +160,7 @@ fn one_hidden_effect_is_named_and_its_size_found() {
     let slowest = cases.iter().map(|c| c.seconds).fold(0.0, f64::max);
     println!("slowest {slowest:.1} s");
     assert!(right as f64 >= 0.9 * n as f64);
+    assert!(!cases.iter().any(Case::names_what_may_be_zero));
 }
 
 /// What bends to much is named where simple effects leave more than they should; where they do as well, they
@@ -217,6 +228,7 @@ fn two_hidden_effects_are_both_named_and_nothing_else() {
         .for_each(Case::print);
     println!("pairs named exactly: {right} of {n}");
     assert!(right as f64 >= 0.8 * n as f64);
+    assert!(!cases.iter().any(Case::names_what_may_be_zero));
 }
 
 /// As far from the noise as measured records are, where pieces of them show nothing that follows time.
