@@ -3,7 +3,7 @@
 use super::common::{bar, bare, print, AnalysisArgs};
 use super::csv;
 use super::releases::ReleaseArg;
-use super::trials::Trials;
+use super::trials::{method as name, Trials};
 use crate::answer::{self, Drawn, Progress};
 use crate::batch::{self, Answer, How, Object, Refused, Tally, SCHEMA_VERSION};
 use clap::{Args, ValueEnum};
@@ -36,7 +36,8 @@ pub struct Identify {
     pub release: ReleaseArg,
     #[command(flatten)]
     pub analysis: AnalysisArgs,
-    /// Print every window of three cycles, not a dozen of them
+    /// Print every window of three cycles, not a dozen of them; of several records all that is known of each,
+    /// below their table
     #[arg(long)]
     pub all_windows: bool,
     /// Draw wn and zeta of all records against amplitude into this file
@@ -121,19 +122,27 @@ impl Identify {
                 print(&batch::line(answer)?)
             })?
         } else {
-            let most_windows = match (files.len(), self.all_windows) {
-                (_, true) => usize::MAX,
-                (1, false) => WINDOWS_SHOWN,
-                _ => 0,
-            };
             let mut trials = Trials::default();
-            let tally = batch::in_order(&files, how, |answer| {
-                complain(&answer);
+            let mut each_alone = String::new();
+            let bar = bar(files.len() as u64, "identifying");
+            let done = batch::in_order(&files, how, |answer| {
+                bar.suspend(|| complain(&answer));
+                bar.inc(1);
                 let Answer::Identified(found) = answer else { return Ok(()) };
                 trials.add(&found);
-                print(&table(&found, most_windows))
-            })?;
-            print(&trials.table())?;
+                match (files.len(), self.all_windows) {
+                    (1, false) => each_alone.push_str(&table(&found, WINDOWS_SHOWN)),
+                    (_, false) => {}
+                    (_, true) => each_alone.push_str(&table(&found, usize::MAX)),
+                }
+                Ok(())
+            });
+            bar.finish_and_clear();
+            // What there is when the user stops it, too.
+            let of_all = trials.table();
+            let between = if of_all.is_empty() || each_alone.is_empty() { "" } else { "\n" };
+            print(&format!("{of_all}{between}{each_alone}"))?;
+            let tally = done?;
             if let Some(file) = self.plot.as_ref().filter(|_| tally.identified > 0) {
                 files::write_atomically(file, trials.svg()?.as_bytes())?;
                 if trials.not_drawn() > 0 {
@@ -376,12 +385,4 @@ fn notes(found: &Identification) -> String {
         }
     }
     text
-}
-
-fn name(method: Method) -> &'static str {
-    match method {
-        Method::LeastSquares => "least-squares",
-        Method::Conventional => "conventional",
-        Method::Network => "network",
-    }
 }

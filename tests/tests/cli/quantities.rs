@@ -317,9 +317,13 @@ fn trials_stand_side_by_side() {
         .run()
         .exits(0)
         .stdout;
-    let table = text.split("\n\n").last().expect("a table");
-    let rows = table.lines().filter(|line| line.trim_start().starts_with("trial-")).count();
-    assert!(rows == 3 && table.contains("wn at ") && table.contains("the trials agree"), "{table}");
+    let rows = |text: &str, with: &str| {
+        text.lines().filter(|line| line.trim_start().starts_with(with)).count()
+    };
+    assert!(rows(&text, "trial-") == 3 && rows(&text, "released at") == 0, "{text}");
+    assert!(rows(&text, "one thing (3)") == 1 && text.contains("the trials agree"), "{text}");
+    let all = bench.of("identify trial-1.csv trial-2.csv --all-windows").run().exits(0).stdout;
+    assert!(rows(&all, "released at") == 2 && all.find("released") > all.find("residual"), "{all}");
     let svg = std::fs::read_to_string(bench.folder().join("trials.svg")).expect("the plot");
     assert!(svg.contains("trial-3.csv") && svg.contains("Damping ratio"), "{}", svg.len());
     bench
@@ -328,6 +332,18 @@ fn trials_stand_side_by_side() {
         .exits(0);
     let text = bench.of("identify .").run().exits(0).stdout;
     assert!(text.contains("the trials differ"), "{text}");
+    // Another spring is another condition.
+    bench
+        .of("simulate --natural-frequency 12 --damping 0.012 --rate-hz 250 --out trial-5.csv")
+        .run()
+        .exits(0);
+    let text = bench.of("identify .").run().exits(0).stdout;
+    assert!(text.contains("not trials of one thing") && !text.contains("scatter"), "{text}");
+    // A campaign says what belongs together.
+    bench.of("simulate --campaign campaign --repeats 2").run().exits(0);
+    let text = bench.of("identify campaign").run().exits(0).stdout;
+    assert!(rows(&text, "K1, mid, 10 m/s (2)") == 1 && rows(&text, "K1-mid-on") == 2, "{text}");
+    assert!(text.lines().count() <= 64 + 32 + 5, "{text}");
 }
 
 /// Each release of a ship in the coefficients of its field; what does not roll has none, which is said before
