@@ -2,6 +2,7 @@
 //! prints and the page holds; [`html`] makes the page of them and [`charts`] its drawings, by [`plot`].
 #![forbid(unsafe_code)]
 
+mod answer;
 mod beside;
 pub mod channels;
 pub mod charts;
@@ -26,6 +27,7 @@ pub mod units;
 pub mod view;
 pub mod xlsx;
 
+pub use answer::Answer;
 pub use of_campaign::{of_campaign, of_table, Also};
 pub use of_model::of_model;
 pub use of_models::of_models;
@@ -241,6 +243,9 @@ pub struct ReleaseReport {
     /// Of the last model in `trace`, or of what was identified, from the largest amplitude to the smallest.
     #[serde(default)]
     pub at_amplitude: Vec<AtAmplitude>,
+    /// What is to be taken from it, where it was diagnosed or is a model's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub answer: Option<Answer>,
     /// Its own diagnosis, where one was made.
     pub criticism: Option<Criticism>,
 }
@@ -255,6 +260,9 @@ pub struct Estimate {
     /// Of a second-order model with these values; none where the release's last model is meant.
     #[serde(default)]
     pub residual_over_noise: Option<f64>,
+    /// Of a second-order model, which the diagnosis refuses.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub refused: bool,
     /// Remarks.
     pub remarks: Vec<String>,
 }

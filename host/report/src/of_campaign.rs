@@ -1,5 +1,6 @@
 //! The report of a campaign: its derivatives, and what the joint fit of its releases lacks.
 
+use super::answer::refuses;
 use super::criticism::{candidates, effects, pairs, status, steps, verdict, SECOND_ORDER};
 use super::of_records::{analysis, blank, drawn_release, method_name, over_noise, with_effects};
 use super::{
@@ -142,6 +143,7 @@ fn release(
                 row.damping_ratio.value,
                 options.zero_unknown,
             )),
+            refused: refuses(diagnosed.diagnosis.status, verdict.explained, last),
             remarks: row.flags.iter().map(|f| f.reason().to_owned()).collect(),
         },
         Estimate {
@@ -150,6 +152,7 @@ fn release(
             damping_ratio: verdict.modal.damping_ratio,
             residual_rms_deg: None,
             residual_over_noise: None,
+            refused: false,
             remarks: Vec::new(),
         },
     ];

@@ -1,5 +1,6 @@
 //! The report of a model: its journal, and how far it is from its records.
 
+use super::answer::Answer;
 use super::criticism::{effects, LATER_PART, SECOND_ORDER};
 use super::of_records::{blank, drawn_release, with_effects};
 use super::{
@@ -47,6 +48,7 @@ pub fn of_model(path: &Path, made: Made) -> Result<Report> {
     let recorded: Vec<&Recorded> = data.fitted.iter().chain(&data.held_out).collect();
     let numbers = TRACE_NUMBERS / recorded.len();
     let mut wheres = Vec::new();
+    let found = effects(&appraisal.said.measurand(), &appraisal.effects, &appraisal.parameters);
     for recorded in recorded {
         interrupt::check()?;
         let decay = &recorded.decay;
@@ -71,12 +73,16 @@ pub fn of_model(path: &Path, made: Made) -> Result<Report> {
             damping_ratio: c.modal.damping_ratio,
             residual_rms_deg: Some(decay.raw_rms_deg(fit.rms_rad())),
             residual_over_noise: None,
+            refused: false,
             remarks: Vec::new(),
         });
+        let over_noise = fit.over_noise(decay);
+        let answer = condition.map(|c| Answer::new(&with, &c.modal, &found, over_noise));
         let held_out = recorded.entry.held_out;
         let release = super::ReleaseReport {
             held_out,
             estimates: estimates.into_iter().collect(),
+            answer,
             ..blank(name)
         };
         report.releases.push(drawn_release(&record, decay, &models, &models, numbers, release));
@@ -91,7 +97,7 @@ pub fn of_model(path: &Path, made: Made) -> Result<Report> {
             false => "the records held out".to_owned(),
         },
         candidates: Vec::new(),
-        effects: effects(&appraisal.said.measurand(), &appraisal.effects, &appraisal.parameters),
+        effects: found,
         indistinguishable: Vec::new(),
         wheres,
         where_file: appraisal.where_file,

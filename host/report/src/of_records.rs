@@ -1,5 +1,6 @@
 //! The report of records: each identified by every method and diagnosed.
 
+use super::answer::{refuses, Answer};
 use super::charts::{self, Chart};
 use super::criticism::{candidates, capital, effects, pairs, status, steps, verdict, SECOND_ORDER};
 use super::trace::{self, values};
@@ -65,7 +66,11 @@ pub fn of_records(
         for warning in &diagnosed.decays[0].warnings {
             yawrig_base::warn!("{warning}");
         }
-        let of = |e: &identify::Estimate| estimate(e, &diagnosed.decays[0], options.zero_unknown);
+        let refused = refuses(diagnosed.diagnosis.status, false, diagnosed.last(0));
+        let of = |e: &identify::Estimate| Estimate {
+            refused,
+            ..estimate(e, &diagnosed.decays[0], options.zero_unknown)
+        };
         let estimates = identified.estimates.iter().map(of).collect();
         let notes = identified
             .unavailable
@@ -154,6 +159,7 @@ fn estimate(estimate: &identify::Estimate, decay: &FreeDecay, zero_unknown: bool
         damping_ratio: estimate.damping_ratio,
         residual_rms_deg: Some(estimate.residual_rms_deg),
         residual_over_noise: Some(over_noise(decay, wn.value, zeta.value, zero_unknown)),
+        refused: false,
         remarks: estimate.flags.iter().map(|flag| remark(estimate, *flag)).collect(),
     }
 }
@@ -199,6 +205,9 @@ fn release(
         wheres,
         where_file: record.file.display().to_string(),
     };
+    let verdict = &d.releases[0];
+    let over_noise = verdict.residual_over_noise;
+    let answer = Answer::new(&with, &verdict.modal, &criticism.effects, over_noise);
     // In the order of their evidence.
     let alone = d.candidates.iter().filter(|c| c.converged && c.evidence > 0.0).filter_map(|c| {
         let of = |single: &&Fitted| single.structure.effects.last() == Some(&c.effect);
@@ -215,6 +224,7 @@ fn release(
         numbers,
         ReleaseReport {
             estimates,
+            answer: Some(answer),
             criticism: Some(criticism),
             ..blank(record.file.display().to_string())
         },
@@ -242,6 +252,7 @@ pub(super) fn blank(name: String) -> ReleaseReport {
         trace: None,
         amplitude: None,
         at_amplitude: Vec::new(),
+        answer: None,
         criticism: None,
     }
 }

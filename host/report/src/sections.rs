@@ -1,5 +1,6 @@
 //! The sections of a report's page.
 
+mod answer;
 mod cells;
 mod lacking;
 mod releases;
@@ -10,6 +11,7 @@ use super::escape::escaped;
 use super::table::table;
 use super::trust::{budget, doubts, springs};
 use super::{PointReport, Report};
+use answer::headline;
 use cells::{figure, quantity, shown};
 use lacking::lacking;
 use releases::releases;
@@ -50,10 +52,11 @@ pub fn body(report: &Report) -> Result<String> {
     add("made", "How this was made", made(report));
     let links = sections.iter().map(|(id, title, _)| format!("<a href=\"#{id}\">{title}</a>"));
     let mut out = format!(
-        "<header>\n<p class=\"kind\">yawrig report</p>\n<h1>{}</h1>\n<p class=\"verdict\">{}</p>\n\
+        "<header>\n<p class=\"kind\">yawrig report</p>\n<h1>{}</h1>\n<p class=\"verdict\">{}</p>\n{}\
          <nav>{}</nav>\n</header>\n<main>\n",
         escaped(&report.title),
         escaped(&report.verdict),
+        headline(report),
         links.collect::<Vec<_>>().join("")
     );
     for (id, title, text) in &sections {

@@ -1,6 +1,7 @@
 //! All tables of a report as one workbook (Office Open XML, ECMA-376): the parts that every spreadsheet
 //! program needs and no more, in the ZIP writer that reading workbooks brings along.
 
+use super::answer::NOT_VALID;
 use super::{Estimate, PointReport, Report};
 use std::fmt::Write as _;
 use std::io::{Cursor, Write};
@@ -127,13 +128,31 @@ fn releases(report: &Report) -> Sheet {
         ["release", "method", "natural frequency (rad/s)", "u", "damping ratio", "u", "remarks"];
     let mut sheet = Sheet::new("releases", &header);
     for release in &report.releases {
-        for Estimate { method, natural_frequency_rad_s, damping_ratio, remarks, .. } in
+        for Estimate { method, natural_frequency_rad_s, damping_ratio, refused, remarks, .. } in
             &release.estimates
         {
             let mut row = vec![Cell::from(release.name.as_str()), method.as_str().into()];
             row.extend(pair(Some(*natural_frequency_rad_s)));
             row.extend(pair(Some(*damping_ratio)));
-            row.push(Cell::Text(remarks.join("; ")));
+            let refused = refused.then_some(NOT_VALID).into_iter();
+            let remarks = refused.chain(remarks.iter().map(String::as_str));
+            row.push(Cell::Text(remarks.collect::<Vec<_>>().join("; ")));
+            sheet.rows.push(row);
+        }
+    }
+    sheet
+}
+
+/// What is to be taken from each release that was diagnosed.
+fn answers(report: &Report) -> Sheet {
+    let mut sheet = Sheet::new("answer", &["release", "model", "quantity", "value", "u", "unit"]);
+    for release in &report.releases {
+        let Some(answer) = &release.answer else { continue };
+        for (name, q, unit) in answer.rows() {
+            let mut row: Vec<Cell> =
+                [&release.name, &answer.model, &name].map(|text| text.as_str().into()).into();
+            row.extend(pair(Some(q)));
+            row.push(Cell::Text(unit));
             sheet.rows.push(row);
         }
     }
@@ -185,6 +204,9 @@ fn about(report: &Report) -> Sheet {
 /// Exit 1, for a defect of this program only.
 pub fn workbook(report: &Report) -> Result<Vec<u8>> {
     let mut sheets = vec![about(report)];
+    if report.releases.iter().any(|release| release.answer.is_some()) {
+        sheets.push(answers(report));
+    }
     if !report.points.is_empty() {
         sheets.push(derivatives("derivatives", &report.points));
         sheets.push(budget(&report.points));

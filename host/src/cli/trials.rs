@@ -204,9 +204,8 @@ impl Trials {
     fn agreement(&self) -> String {
         let groups: Vec<Group<'_>> =
             self.groups().into_iter().filter(|group| group.trials.len() > 1).collect();
-        if let [group @ Group { condition: None, .. }] = &groups[..] {
-            if !group.is_one_thing() {
-                return format!(
+        if let Some(group) = groups.iter().find(|group| !group.is_one_thing()) {
+            return format!(
                     "\nThese are not trials of one thing (wn {:.4} to {:.4} rad/s, zeta {:.4} to {:.4}): no mean over them.\n\
                      Which belong together says a campaign.toml beside them: `yawrig campaign init`.\n",
                     group.ends(|t| t.wn.value)[0],
@@ -214,7 +213,6 @@ impl Trials {
                     group.ends(|t| t.zeta.value)[0],
                     group.ends(|t| t.zeta.value)[1],
                 );
-            }
         }
         let header =
             ["trials of", "at", "wn ± scatter", "scatter/u", "zeta ± scatter", "scatter/u", ""];

@@ -109,6 +109,7 @@ fn release(made: &Made) -> ReleaseReport {
         damping_ratio: quantity(made.result.damping_ratio),
         residual_rms_deg: None,
         residual_over_noise: None,
+        refused: false,
         remarks: flag_names(made.result.flags).iter().map(|f| (*f).to_owned()).collect(),
     };
     let first = made.windows.first().map_or(0, |w| w.start_sample);
@@ -140,6 +141,7 @@ fn release(made: &Made) -> ReleaseReport {
             predictions: Vec::new(),
         }),
         at_amplitude: Vec::new(),
+        answer: None,
         criticism: None,
     }
 }

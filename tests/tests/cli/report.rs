@@ -78,3 +78,53 @@ fn what_a_diagnosis_says_of_a_record_stands_in_its_report() {
     let page = std::fs::read_to_string(folder.join("report.html")).expect("a page");
     assert!(page.contains(&format!("<p>{said}.</p>")));
 }
+
+/// The number behind `term` in a page's first list of terms.
+fn in_head(page: &str, term: &str) -> Option<f64> {
+    let head = page.split("<main>").next()?;
+    let (_, rest) = head.split_once(&format!("<dt>{term}</dt><dd>"))?;
+    rest.split(' ').next()?.parse().ok()
+}
+
+#[test]
+fn the_answer_to_a_record_is_the_head_of_its_report_and_what_is_refused_is_marked() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let run = |command: &str| yawrig(command).in_folder(folder).run().exits(0);
+    run("simulate --natural-frequency 7.5 --damping 0.008 --effect coulomb_friction:c=0.12 --out r.csv");
+    run("simulate --natural-frequency 7.5 --damping 0.008 --seed 2 --out plain.csv");
+    let told = run("diagnose r.csv --json").json();
+    run("report r.csv --xlsx r.xlsx");
+    let page = std::fs::read_to_string(folder.join("report.html")).expect("a page");
+    for (term, planted, told) in [
+        ("natural frequency wn", 7.5, &told["modal"]["natural_frequency_rad_s"]),
+        ("damping ratio zeta", 0.008, &told["modal"]["damping_ratio"]),
+        ("coulomb_friction.c", 0.12, &told["steps"][1]["parameters"]["coulomb_friction.c"]),
+    ] {
+        let shown = in_head(&page, term).unwrap_or_else(|| panic!("{term}: {page}"));
+        let [value, u] = ["value", "u"].map(|name| told[name].as_f64().expect("a number"));
+        assert!((shown - value).abs() <= 0.51 * u, "{term}: {shown} for {value} +- {u}");
+        assert!((shown - planted).abs() < 4.0 * u, "{term}: {shown}, planted {planted}, u {u}");
+    }
+    for method in ["least-squares", "conventional", "network"] {
+        let marked = format!("{method} <b class=\"refused\">not valid</b>");
+        assert!(page.contains(&marked), "{method} is not marked");
+    }
+    // What a second-order model does explain is not refused.
+    let plain = run("report plain.csv --out plain.html --json").json();
+    let page = std::fs::read_to_string(folder.join("plain.html")).expect("a page");
+    assert!(!page.contains("not valid"));
+    assert!((in_head(&page, "damping ratio zeta").expect("zeta") - 0.008).abs() < 1e-4);
+    assert_eq!(plain["releases"][0]["answer"]["model"], "second order");
+    // Of several records each has its own.
+    run("report r.csv plain.csv --out both.html");
+    let page = std::fs::read_to_string(folder.join("both.html")).expect("a page");
+    assert_eq!(page.matches("<dt>natural frequency wn</dt>").count(), 2);
+    assert_eq!(page.matches("<b class=\"refused\">").count(), 3);
+    // The model of the answer says the same of itself.
+    run("fit r.csv");
+    run("add coulomb_friction");
+    run("report model.toml --out model.html");
+    let page = std::fs::read_to_string(folder.join("model.html")).expect("a page");
+    assert!((in_head(&page, "coulomb_friction.c").expect("c") - 0.12).abs() < 1e-3);
+}

@@ -1,7 +1,9 @@
 //! The table of releases, with a drawing of each.
 
+use super::answer::{answered, why_not_valid};
 use super::cells::{figure, quantity, shown};
 use super::lacking::lacking;
+use crate::answer::NOT_VALID;
 use crate::charts::{self};
 use crate::conditions;
 use crate::escape::escaped;
@@ -37,6 +39,7 @@ pub(super) fn releases(report: &Report) -> Result<String> {
     let header = HEADER.map(|name| name.replace("UNIT", unit));
     let header = header.each_ref().map(String::as_str);
     let mut out = conditions::pictures(all) + &table(&header, 2, all.iter().flat_map(rows));
+    out.push_str(why_not_valid(all.iter().flat_map(|release| &release.estimates)));
     // Each remark once, with all that it is about.
     let mut remarks: Vec<(&String, Vec<String>)> = Vec::new();
     for release in all {
@@ -93,7 +96,7 @@ fn rows(release: &ReleaseReport) -> Vec<[String; HEADER.len()]> {
     let row = |e: Option<&Estimate>| {
         [
             name.clone(),
-            e.map_or_else(dash, |e| escaped(&e.method)),
+            e.map_or_else(dash, method),
             shown(e.map(|e| e.natural_frequency_rad_s)),
             shown(e.map(|e| e.damping_ratio)),
             read(e.and_then(|e| e.residual_rms_deg), 5),
@@ -107,9 +110,36 @@ fn rows(release: &ReleaseReport) -> Vec<[String; HEADER.len()]> {
             digits(release.truth.map(|t| t[1]), 6),
         ]
     };
-    match release.estimates.is_empty() {
+    let answer = release.answer.iter().filter(|_| !by_the_model(release)).map(|a| Estimate {
+        method: a.model.clone(),
+        natural_frequency_rad_s: a.natural_frequency_rad_s,
+        damping_ratio: a.damping_ratio,
+        residual_rms_deg: None,
+        residual_over_noise: Some(a.residual_over_noise),
+        refused: false,
+        remarks: Vec::new(),
+    });
+    // What is not valid below what is.
+    let mut all: Vec<Estimate> = answer.chain(release.estimates.iter().cloned()).collect();
+    all.sort_by_key(|e| e.refused);
+    match all.is_empty() {
         true => vec![row(None)],
-        false => release.estimates.iter().map(|e| row(Some(e))).collect(),
+        false => all.iter().map(|e| row(Some(e))).collect(),
+    }
+}
+
+/// Whether its only estimate is what the answer says.
+fn by_the_model(release: &ReleaseReport) -> bool {
+    let [only] = &release.estimates[..] else { return false };
+    release.answer.as_ref().is_some_and(|a| a.damping_ratio == only.damping_ratio)
+}
+
+/// An estimate's method, and that it is not valid where the diagnosis says so.
+fn method(e: &Estimate) -> String {
+    let method = escaped(&e.method);
+    match e.refused {
+        true => format!("{method} <b class=\"refused\">{NOT_VALID}</b>"),
+        false => method,
     }
 }
 
@@ -155,6 +185,7 @@ fn drawn(release: &ReleaseReport, index: usize, open: bool, room: usize) -> Resu
         out.push_str(&table(&header, 0, rows));
     }
     if let Some(criticism) = &release.criticism {
+        out.push_str(&release.answer.as_ref().map_or(String::new(), answered));
         out.push_str(&lacking(criticism)?);
     }
     if out.len() > room {
