@@ -17,7 +17,7 @@ interface Release {
   id: number; name: string; file: string; condition: string;
   spring: string | null; axis: Axis | null; wind_speed_m_s: number | null;
   used: Use; badge: "adequate" | "structured" | "bad" | "pending";
-  over_noise: number | null; fault: Fault | null; is_left_out: boolean;
+  verdict: string; over_noise: number | null; fault: Fault | null; is_left_out: boolean;
 }
 /** The value is null where each release has its own. */
 interface Parameter { name: string; unit: string; value: number | null; u: number | null; free: boolean }
@@ -253,7 +253,7 @@ declare module "*/yawrig.js" {
   export function answer(path: string, asked: string): string;
 }
 
-// The page (index.html, static.html, and what the scripts put there). `pure.test.js` holds the names against it.
+// The page (index.html, static.html, panels.html, and what the scripts put there). `pure.test.js` holds the names against it.
 
 type ButtonId = "cancel-button" | "diagnose-button" | "fit-button" | "help-button" | "law-button" | "live-button" | "live-close"
   | "live-connect" | "live-mark" | "live-record" | "measure-back" | "measure-begin" | "measure-skip" | "open-button" | "replay-play"

@@ -76,7 +76,7 @@ test("trials have the colours of the style sheet, again and again", () => {
 });
 
 test("the types know of what kind the page's elements are", () => {
-  const page = ["index", "static"].map((name) => readFileSync(new URL(`./scripts/${name}.html`, import.meta.url), "utf8")).join();
+  const page = ["index", "static", "panels"].map((name) => readFileSync(new URL(`./scripts/${name}.html`, import.meta.url), "utf8")).join();
   const types = readFileSync(new URL("../../tests/page/globals.d.ts", import.meta.url), "utf8");
   const made = ["own-try", "own-add", "own-save"];
   for (const kind of ["Button", "Dialog", "Input", "Select", "Table"]) {

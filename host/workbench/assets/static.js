@@ -177,6 +177,7 @@ function save(/** @type {"identify" | "diagnose"} */ verb) {
 }
 
 function start() {
+  by("plot-overlay").dataset.empty = "Drop a record here.";
   panels.build();
   panels.onView(() => { drawHead(); drawSide(); });
   panels.onCut((from_s, to_s) => {

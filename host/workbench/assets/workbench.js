@@ -94,15 +94,19 @@ function drawHead(state) {
   if (now) {
     Object.assign(by("verdict"), { textContent: now.text, title: now.text });
     by("verdict").dataset.status = "live";
-    by("left-out").hidden = true;
+    by("left-out").hidden = by("verdict-all").hidden = true;
     by("subtitle").textContent = by("subtitle").title = now.detail;
     return;
   }
-  const verdict = by("verdict");
   const broken = model.fault || (release && release.badge === "bad" ? release.fault : null);
-  verdict.textContent = broken ? `${model.fault ? "The model cannot be used" : "Bad data"}: ${brief(broken.message)}` : overall.verdict;
-  verdict.title = broken ? `${broken.message}\n${broken.help}` : overall.verdict;
-  verdict.dataset.status = broken ? "bad" : overall.status;
+  const judged = (/** @type {HTMLElement} */ e, /** @type {string} */ text, /** @type {string} */ status, title = text) => { e.textContent = text; e.title = title; e.dataset.status = status; };
+  // Of one record alone there is one verdict, of several there are two, each with its name.
+  const ticked = state.releases.filter((r) => r.used === "fit"), isAlone = !release || (ticked.length === 1 && ticked[0].id === release.id);
+  if (broken) judged(by("verdict"), `${model.fault ? "The model cannot be used" : "This record: bad data"}: ${brief(broken.message)}`, "bad", `${broken.message}\n${broken.help}`);
+  else if (release) judged(by("verdict"), `This record: ${release.verdict}`, release.badge === "pending" ? "unknown" : release.badge);
+  else judged(by("verdict"), overall.verdict, overall.status);
+  by("verdict-all").hidden = isAlone;
+  judged(by("verdict-all"), overall.verdict, overall.status);
   const leftOut = by("left-out");
   leftOut.hidden = !overall.left_out;
   leftOut.textContent = leftOut.title = overall.left_out || "";
@@ -112,6 +116,7 @@ function drawHead(state) {
   by("subtitle").textContent = `${model.file}${model.exists || model.fault ? "" : " (not made yet)"} · ${edited}${release ? [release.name, figures].filter(Boolean).join(" · ") : "no record is open"}`;
   by("subtitle").title = by("subtitle").textContent;
   const set = (/** @type {string} */ id, /** @type {number | null} */ x) => { const e = by(id); e.textContent = ratio(x); e.className = x === null ? "" : x <= 1.1 ? "good" : "warn"; };
+  set("figure-one", release && seen.view && seen.view.release === release.id ? seen.view.over_noise : null);
   set("figure-fitted", overall.over_noise);
   set("figure-held", overall.held_out);
   const held = by("figure-held").parentElement;
@@ -235,6 +240,7 @@ document.addEventListener("keydown", (event) => {
 
 function start() {
   panels.build();
+  by("uncut-button").title += " (x)";
   let cutting = Promise.resolve();
   panels.onCut((from_s, to_s) => {
     const release = seen.release;

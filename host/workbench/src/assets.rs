@@ -1,17 +1,27 @@
 //! The page's own files, part of the program. uPlot draws the plots: 51 kB against 4.6 MB of plotly.js, and
 //! the first picture stands as soon as the records are read.
 
+use std::borrow::Cow;
 use yawrig_report::html::{UPLOT, UPLOT_STYLE};
 
 /// A file of the page: its type and contents.
 pub struct Asset {
     pub kind: &'static str,
-    pub text: &'static str,
+    pub text: Cow<'static, str>,
+}
+
+/// What both pages have in common, and where it stands in them.
+const PANELS: &str = include_str!("../assets/panels.html");
+const PANELS_MARK: &str = "<!-- panels.html -->\n";
+
+/// A page with its panels.
+fn page(text: &str) -> Asset {
+    Asset { kind: "text/html; charset=utf-8", text: text.replace(PANELS_MARK, PANELS).into() }
 }
 
 macro_rules! asset {
     ($kind:literal, $path:expr) => {
-        Asset { kind: $kind, text: include_str!(concat!("../assets/", $path)) }
+        Asset { kind: $kind, text: Cow::Borrowed(include_str!(concat!("../assets/", $path))) }
     };
 }
 
@@ -30,7 +40,7 @@ pub const OFFLINE: &str = include_str!("../assets/offline.js");
 /// The files of the page that needs no server, but for the module.
 pub fn still() -> Vec<(&'static str, Asset)> {
     let own = [
-        ("index.html", asset!("text/html; charset=utf-8", "static.html")),
+        ("index.html", page(include_str!("../assets/static.html"))),
         ("static.css", asset!("text/css; charset=utf-8", "static.css")),
         ("static.js", script!("static")),
         ("backend.js", script!("backend")),
@@ -56,10 +66,10 @@ pub fn still() -> Vec<(&'static str, Asset)> {
 /// The file at `path` of the page's address.
 pub fn at(path: &str) -> Option<Asset> {
     Some(match path {
-        "/" => asset!("text/html; charset=utf-8", "index.html"),
+        "/" => page(include_str!("../assets/index.html")),
         "/workbench.css" => asset!("text/css; charset=utf-8", "workbench.css"),
-        "/uplot.js" => Asset { kind: "text/javascript; charset=utf-8", text: UPLOT },
-        "/uplot.css" => Asset { kind: "text/css; charset=utf-8", text: UPLOT_STYLE },
+        "/uplot.js" => Asset { kind: "text/javascript; charset=utf-8", text: UPLOT.into() },
+        "/uplot.css" => Asset { kind: "text/css; charset=utf-8", text: UPLOT_STYLE.into() },
         "/plots.js" => script!("plots"),
         "/workbench.js" => script!("workbench"),
         "/talk.js" => script!("talk"),
@@ -80,4 +90,20 @@ pub fn at(path: &str) -> Option<Asset> {
         "/icon.svg" => asset!("image/svg+xml", "icon.svg"),
         _ => return None,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_pages_have_the_panels() {
+        let still =
+            still().into_iter().find(|(name, _)| *name == "index.html").map(|(_, page)| page);
+        for page in [at("/"), still] {
+            let text = page.expect("a page").text;
+            assert_eq!(text.matches("<main id=\"panels\"").count(), 1);
+            assert!(!text.contains(PANELS_MARK));
+        }
+    }
 }

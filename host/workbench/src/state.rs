@@ -88,37 +88,28 @@ fn overall(session: &Session) -> Value {
     let failing: Vec<&(usize, Arc<View>)> =
         fitted.iter().filter(|(_, v)| !v.is_explained).collect();
     let is_adequate = is_complete && failing.is_empty();
-    let number = fitted.len();
-    let these =
-        if number == 1 { "this release".to_owned() } else { format!("all {number} releases") };
-    let called = match &standing.model {
-        Some(m) if !m.effects.is_empty() => {
-            let names: Vec<&str> = m.effects.iter().map(|e| e.effect.card().title).collect();
-            format!("the model with {}", names.join(", ").to_lowercase())
-        }
-        _ => SECOND_ORDER.to_owned(),
+    let number = of(Use::Fit).count();
+    let these = match number {
+        1 => "The ticked record".to_owned(),
+        _ => format!("All {number} ticked"),
     };
     let (status, text) = match worst {
         _ if session.releases.is_empty() => ("unknown", "No record is open.".to_owned()),
-        _ if !is_complete && of(Use::Fit).count() == 0 => {
-            ("unknown", "No release is ticked to be fitted.".to_owned())
-        }
-        Some(_) if is_adequate => {
-            ("adequate", format!("Adequate: {called} explains {these} to the noise."))
+        _ if number == 0 => ("unknown", "No record is ticked to be fitted.".to_owned()),
+        Some((_, view)) if is_complete && (is_adequate || number == 1) => {
+            let status = if is_adequate { "adequate" } else { "structured" };
+            (status, format!("{these}: {}", explained(session, view, is_adequate)))
         }
         Some((k, view)) if is_complete => {
-            let times = format!("{:.1} times the noise", view.over_noise);
-            let left = match number {
-                1 => times,
-                _ => format!(
-                    "{times} in {}, {} of {number} not explained",
-                    name(&session.releases[*k]),
-                    failing.len()
-                ),
-            };
-            ("structured", format!("Something is missing: {called} leaves {left}."))
+            let text = format!(
+                "{these}: {} not explained, {:.1} × noise in {}.",
+                failing.len(),
+                view.over_noise,
+                name(&session.releases[*k])
+            );
+            ("structured", text)
         }
-        _ => ("unknown", "The releases are being analysed.".to_owned()),
+        _ => ("unknown", format!("{these}: being analysed.")),
     };
     json!({
         "over_noise": over_noise.map(short),
@@ -128,6 +119,28 @@ fn overall(session: &Session) -> Value {
         "verdict": text,
         "left_out": left_out(session),
     })
+}
+
+/// The present model in words.
+fn called(session: &Session) -> String {
+    match &session.standing.model {
+        Some(m) if !m.effects.is_empty() => {
+            let names: Vec<&str> = m.effects.iter().map(|e| e.effect.card().title).collect();
+            format!("the model with {}", names.join(", ").to_lowercase())
+        }
+        _ => SECOND_ORDER.to_owned(),
+    }
+}
+
+/// The verdict on a record, to stand behind its name.
+fn explained(session: &Session, view: &View, is_explained: bool) -> String {
+    let called = called(session);
+    match is_explained {
+        true => format!("{called} explains it to the noise."),
+        false => {
+            format!("something is missing, {called} leaves {:.1} times the noise.", view.over_noise)
+        }
+    }
 }
 
 /// A sentence about releases that are bad data, where there are any.
@@ -166,7 +179,10 @@ fn release(session: &Session, id: usize) -> Value {
         _ => "pending",
     };
     let made = release.entry.made_under.as_ref();
+    let known = view.and_then(|v| v.as_ref().ok());
+    let verdict = known.map(|view| explained(session, view, view.is_explained));
     json!({
+        "verdict": verdict.unwrap_or_else(|| "being analysed.".to_owned()),
         "id": id,
         "name": name(release),
         "file": release.source.path.display().to_string(),
@@ -176,7 +192,7 @@ fn release(session: &Session, id: usize) -> Value {
         "wind_speed_m_s": made.map(|m| m.wind_speed_m_s),
         "used": release.used,
         "badge": badge,
-        "over_noise": view.and_then(|v| v.as_ref().ok()).map(|v| short(v.over_noise)),
+        "over_noise": known.map(|v| short(v.over_noise)),
         "fault": wrong.map(fault),
         "is_left_out": release.source.fault().is_some(),
     })

@@ -44,7 +44,9 @@ pub fn write(folder: &Path) -> Result<PathBuf> {
         })?;
         all.push((name, bytes));
     }
-    all.extend(assets::still().into_iter().map(|(name, asset)| (name, asset.text.into())));
+    all.extend(
+        assets::still().into_iter().map(|(name, asset)| (name, asset.text.into_owned().into())),
+    );
     all.push((OFFLINE, offline(&all).into()));
     files::make_folder(folder)?;
     for (name, bytes) in &all {

@@ -29,8 +29,10 @@ fn the_loop_by_hand() {
 
     // The failing verdict.
     browser.wait(IS_STRUCTURED);
-    assert!(browser.text("#verdict").contains("Something is missing"));
-    // The release's own figures come after the verdict on all.
+    assert!(browser.text("#verdict").starts_with("This record: something is missing"));
+    // Of one record there is one verdict.
+    assert_eq!(browser.value("document.querySelector('#verdict-all').hidden"), true);
+    // The figures come after the verdict.
     browser.wait("document.querySelector('#figure-white').textContent.includes('not white')");
     assert_eq!(browser.value("location.search"), "", "the token stays in the address");
     browser.wait("document.querySelector('.badge.structured')");
@@ -170,4 +172,32 @@ fn a_step_on_the_command_line_shows_on_the_page() {
     std::fs::write(bench.path("model.toml"), edited).expect("room");
     browser.wait(&says("edited by hand"));
     browser.is_clean(&bench.origin);
+}
+
+#[test]
+#[ignore = "needs Chromium: tests/run runs it"]
+fn the_head_says_of_what_it_speaks() {
+    let plain = "simulate --natural-frequency 7.5 --damping 0.008 --seed 3 --out plain.csv";
+    let bench = Bench::start(&[RUBBING, plain], "plain.csv rubbing.csv");
+    let mut browser = Browser::start(WINDOW);
+    browser.open(&bench.url);
+    browser.wait("document.querySelectorAll('.badge.pending').length === 0 && document.querySelectorAll('.release').length === 2");
+    // The one in view is explained, of those that are ticked one is not.
+    browser.wait(IS_ADEQUATE);
+    assert_eq!(
+        browser.text("#verdict"),
+        "This record: the second-order model explains it to the noise."
+    );
+    assert!(
+        browser.text("#verdict-all").starts_with("All 2 ticked: 1 not explained, "),
+        "{}",
+        browser.text("#verdict-all")
+    );
+    assert!(browser.text("#verdict-all").contains("rubbing.csv"));
+    browser.wait("document.querySelector('#figure-one').className === 'good' && document.querySelector('#figure-fitted').className === 'warn'");
+    browser.picture(&pictures().join("two-verdicts.png"));
+    // Ticked alone it is all there is to be said of.
+    browser.click("[data-focus=name-1]");
+    browser.wait(IS_STRUCTURED);
+    assert_eq!(browser.value("document.querySelector('#verdict-all').hidden"), false);
 }
