@@ -65,7 +65,10 @@ type CutPoint = [x: number, moment_rad_s2: number, u_rad_s2: number];
 type PhaseCell = [yaw_deg: number, rate_deg_s: number, moment_rad_s2: number];
 /** Where a model fails. */
 interface Where {
-  phase: PhaseCell[]; damping_law: CutPoint[]; stiffness_law: CutPoint[]; frequency: [hz: number, share: number][];
+  phase: PhaseCell[]; damping_law: CutPoint[]; stiffness_law: CutPoint[];
+  /** Of the moments, by the record's noise alone. */
+  noise: number;
+  frequency: [hz: number, share: number, over_noise: number][];
 }
 interface States { time_s: number[]; yaw_deg: number[]; rate_deg_s: number[] }
 interface Shown extends Quantity { text: string }

@@ -213,10 +213,11 @@ fn where_json(w: &Where) -> Value {
         "phase": w.phase.iter().map(cell).collect::<Vec<_>>(),
         "damping_law": w.damping_law.iter().map(|p| [p.rate_deg_s, p.moment_rad_s2, p.u_rad_s2].map(short)).collect::<Vec<_>>(),
         "stiffness_law": w.stiffness_law.iter().map(|p| [p.yaw_deg, p.moment_rad_s2, p.u_rad_s2].map(short)).collect::<Vec<_>>(),
-        "frequency": w.frequency.iter().map(|f| [f.hz, f.share].map(short)).collect::<Vec<_>>(),
+        "frequency": w.frequency.iter().map(|f| [f.hz, f.share, f.over_noise].map(short)).collect::<Vec<_>>(),
     })
 }
 
+        "noise": short(w.noise_rad_s2),
 fn points_json(points: &[AmplitudePoint], release_s: f64) -> Value {
     let row = |p: &AmplitudePoint| {
         let (wn, zeta) = (p.natural_frequency_rad_s, p.damping_ratio);

@@ -74,8 +74,10 @@ export function build() {
     x: time, y: { label: () => `residual (${units().unit})`, size: 46 }, zoomed, pointed: pointed("residual"),
     band: () => 2 * (seen.curves?.noise_deg ?? 0),
   });
-  plots.phase = Plots.plane(by("plot-phase"), { x: () => `${units().coordinate} (${units().of})`, y: () => `${units().rate} (${units().rate_unit})`, unit: () => units().moment, least: shows });
-  const law = (/** @type {CutPanel} */ id, /** @type {Label} */ label) => Plots.lines(by(`plot-${id}`), { x: { label }, y: { label: () => units().moment, range: (min, max) => around(id, min, max, beside[id]) }, marks: () => marks[id], cursor: false });
+  plots.phase = Plots.plane(by("plot-phase"), { x: () => `${units().coordinate} (${units().of})`, y: () => `${units().rate} (${units().rate_unit})`, unit: () => units().moment, noise });
+  const law = (/** @type {CutPanel} */ id, /** @type {Label} */ label) => Plots.lines(by(`plot-${id}`), {
+    x: { label }, y: { label: () => units().moment, range: (min, max) => around(id, min, max, [...beside[id], -SCALE * noise(), SCALE * noise()]) }, marks: () => marks[id], cursor: false, band: () => 2 * noise(),
+  });
   plots.damping = law("damping", () => `rate (${units().rate_unit})`);
   plots.stiffness = law("stiffness", () => `${units().word} (${units().of})`);
   const amplitude = (/** @type {AmplitudePanel} */ id, /** @type {string} */ y) => Plots.lines(by(`plot-${id}`), {
@@ -85,7 +87,7 @@ export function build() {
   plots.wn = amplitude("wn", "wn (rad/s)");
   plots.zeta = amplitude("zeta", "damping ratio");
   plots.spectrum = Plots.lines(by("plot-spectrum"), {
-    x: { label: "frequency (Hz)", range: (min, max) => [0, (max || 1) * 1.02] }, y: { label: "share of power (%)", range: (_, max) => [0, (max || 1) * 1.08] }, cursor: false,
+    x: { label: "frequency (Hz)", range: (min, max) => [0, (max || 1) * 1.02] }, y: { label: "power / noise", range: (_, max) => [0, Math.max((max || 1) * 1.08, SCALE)] }, cursor: false, band: noisePower,
   });
 }
 
@@ -95,11 +97,15 @@ const marks = { damping: [], stiffness: [], wn: [], zeta: [] };
 /** @type {Record<CutPanel, number[]>} */
 const beside = { damping: [], stiffness: [] };
 
-/** A missing moment below this is noise: it keeps its pale colour however little else there is. */
-function shows() {
-  const v = seen.view;
-  const deviations = v ? [...v.where.damping_law, ...v.where.stiffness_law].map((row) => row[2]).filter(isFinite).sort((a, b) => a - b) : [];
-  return deviations.length ? 6 * deviations[deviations.length >> 1] : 0;
+/** Panels of what is missing reach to so many times the noise at least: where nothing is, the noise does not fill them. */
+const SCALE = 8;
+/** What the record's noise alone makes of a missing moment, its standard deviation. */
+const noise = () => seen.view?.where.noise ?? 0;
+/** What the power of noise stays below in nearly every band: one, and three standard deviations of the mean of its frequencies. */
+function noisePower() {
+  const bars = seen.view?.where.frequency ?? [], [from, to] = seen.curves?.analysed_s ?? [0, 0];
+  const seconds = Math.min(seen.span[1] ?? to, to) - Math.max(seen.span[0] ?? from, from);
+  return bars.length > 1 && seconds > 0 ? 1 + 3 / Math.sqrt((bars[1][0] - bars[0][0]) * seconds) : null;
 }
 
 /** The page asks for the record and what is known of it; old answers are thrown away. */
@@ -344,10 +350,10 @@ function drawWhere() {
   cut("damping", "damping_law");
   cut("stiffness", "stiffness_law");
   const bars = v ? v.where.frequency : [];
-  const /** @type {PlotColumns} */ columns = [bars.map((b) => b[0]), bars.map((b) => 100 * b[1])];
+  const /** @type {PlotColumns} */ columns = [bars.map((b) => b[0]), bars.map((b) => b[2])];
   /** @type {PlotLine[]} */
   const how = [{ colour: "model", bars: true, width: 0 }];
-  if (ghost) { columns.push(ghost.frequency.map((b) => 100 * b[1])); how.push({ colour: "ghost", width: 1.5 }); }
+  if (ghost) { columns.push(ghost.frequency.map((b) => b[2])); how.push({ colour: "ghost", width: 1.5 }); }
   plots.spectrum.set(columns, how);
   plots.spectrum.say(v ? null : BLANK);
 }

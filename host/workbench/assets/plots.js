@@ -299,7 +299,7 @@ const Plots = (() => {
   }
 
   /** The plane of yaw angle and yaw rate, a colour for each cell's moment.
-   * @param {HTMLElement} host @param {{ x: Label, y: Label, unit: Label, least?: () => number }} options */
+   * @param {HTMLElement} host @param {{ x: Label, y: Label, unit: Label, noise?: () => number }} options */
   function plane(host, options) {
     const canvas = document.createElement("canvas");
     host.append(canvas);
@@ -322,7 +322,8 @@ const Plots = (() => {
       const dx = gap(xs), dy = gap(ys), mx = Math.max(...xs.map(Math.abs)) + dx / 2, my = Math.max(...ys.map(Math.abs)) + dy / 2;
       const box = { left: 44, top: 5, width: width - 50, height: height - 5 - 34 - 20 };
       const px = (/** @type {number} */ x) => box.left + (x + mx) / (2 * mx) * box.width, py = (/** @type {number} */ y) => box.top + (my - y) / (2 * my) * box.height;
-      const most = Math.max(options.least ? options.least() : 0, ...cells.map((c) => Math.abs(c[2]))) || 1;
+      // Its noise keeps its pale colour, however little else there is.
+      const noise = options.noise ? options.noise() : 0, most = Math.max(8 * noise, ...cells.map((c) => Math.abs(c[2]))) || 1;
       g.fillStyle = colour("level");
       g.fillRect(box.left, box.top, box.width, box.height);
       for (const [x, y, moment] of cells) {
@@ -362,6 +363,8 @@ const Plots = (() => {
         g.fillRect(box.left + k * box.width / 60, top, box.width / 60 + 0.5, 5);
       }
       g.globalAlpha = 1; g.fillStyle = colour("soft");
+      // Twice the noise to either side.
+      for (const side of noise > 0 ? [-1, 1] : []) g.fillRect(box.left + (1 + side * 2 * noise / most) / 2 * box.width - 0.5, top - 2, 1, 9);
       g.textAlign = "left"; g.fillText(tick(+(-most).toPrecision(2)), box.left, height - 1);
       g.textAlign = "right"; g.fillText(`${tick(+most.toPrecision(2))} ${told(options.unit)}`, box.left + box.width, height - 1);
       if (state) {

@@ -28,6 +28,9 @@ pub struct Where {
     pub damping_law: Vec<DampingPoint>,
     /// The missing moment at zero rate against yaw: the stiffness law that is missing.
     pub stiffness_law: Vec<StiffnessPoint>,
+    /// What the record's noise alone makes of a point of those two laws, typically: its standard deviation.
+    #[serde(default)]
+    pub noise_rad_s2: f64,
     /// Power spectrum of the residual, shares that add up to 1 at most.
     pub frequency: Vec<FrequencyBin>,
     /// Lag-one correlation of the residual's block means: 0 for white.
@@ -98,6 +101,9 @@ pub struct FrequencyBin {
     pub hz: f64,
     /// Power in the bin over that of the whole residual, 0 to 1.
     pub share: f64,
+    /// Power in the bin over that of white noise of the record's size.
+    #[serde(default)]
+    pub over_noise: f64,
 }
 
 /// Where `model` fails on `decay`. Rms of block means, deg.
@@ -131,30 +137,37 @@ pub fn locate_within(decay: &FreeDecay, model: &Fitted, part: Range<usize>) -> W
         true => missing_moments(decay, model, &residual, yaw, rate),
         false => Vec::new(),
     };
+    let damping = cut(&states, largest(rate), |s| (s.yaw_rad * wn, s.rate_rad_s));
+    let stiffness = cut(&states, largest(yaw), |s| (s.rate_rad_s / wn, s.yaw_rad));
+    let mut passages: Vec<usize> =
+        damping.iter().chain(&stiffness).map(|point| point.passages).collect();
+    passages.sort_unstable();
+    let typical = passages.get(passages.len() / 2).map_or(f64::INFINITY, |n| *n as f64);
     let start_s = decay.grid.time_s(part.start);
     let measurand = &decay.measurand;
     let (b_max, r_max) = (largest(yaw), largest(rate));
     Where {
         time: time(decay, start_s, &residual),
         amplitude: amplitude(measurand, &residual, yaw, rate, wn),
-        damping_law: cut(&states, r_max, |s| (s.yaw_rad * wn, s.rate_rad_s))
+        damping_law: damping
             .into_iter()
-            .map(|(rate, m)| DampingPoint {
-                rate_deg_s: measurand.shown(rate),
-                moment_rad_s2: m.value,
-                u_rad_s2: m.u,
+            .map(|Along { along, moment, .. }| DampingPoint {
+                rate_deg_s: measurand.shown(along),
+                moment_rad_s2: moment.value,
+                u_rad_s2: moment.u,
             })
             .collect(),
-        stiffness_law: cut(&states, b_max, |s| (s.rate_rad_s / wn, s.yaw_rad))
+        stiffness_law: stiffness
             .into_iter()
-            .map(|(yaw, m)| StiffnessPoint {
-                yaw_deg: measurand.shown(yaw),
-                moment_rad_s2: m.value,
-                u_rad_s2: m.u,
+            .map(|Along { along, moment, .. }| StiffnessPoint {
+                yaw_deg: measurand.shown(along),
+                moment_rad_s2: moment.value,
+                u_rad_s2: moment.u,
             })
             .collect(),
+        noise_rad_s2: noise_of_moment(decay, model) / typical.sqrt(),
         phase: phase(measurand, &states, b_max, r_max),
-        frequency: frequency(decay, &residual),
+        frequency: frequency(decay, &residual, decay.noise_rad),
         correlation: model.correlation,
         correlation_of_white: 2.0 / (model.count as f64).sqrt(),
     }
@@ -204,7 +217,29 @@ struct Missing {
     moment_rad_s2: f64,
 }
 
-/// The residual e obeys e'' + 2 zeta wn e' + wn^2 e = missing moment: e, e' and e'' from local parabolas.
+/// How a missing moment comes from the residuals about an instant: the residual e obeys e'' + 2 zeta wn e' +
+/// wn^2 e = missing moment, with e, e' and e'' from a local parabola over so much of a cycle to either side.
+fn weights(decay: &FreeDecay, model: &Fitted) -> Vec<f64> {
+    let (wn, zeta) = (model.parameters[0], model.parameters[1]);
+    let h = decay.grid.step_s;
+    let half = ((0.12 * decay.per_cycle()) as usize).max(1);
+    let k: Vec<f64> = (0..=2 * half).map(|i| i as f64 - half as f64).collect();
+    let n = k.len() as f64;
+    let (s2, s4) = k.iter().fold((0.0, 0.0), |(a, b), x| (a + x * x, b + x.powi(4)));
+    let weight = |x: &f64| {
+        let curve = (n * x * x - s2) / (n * s4 - s2 * s2);
+        let level = (1.0 - curve * s2) / n;
+        2.0 * curve / (h * h) + 2.0 * zeta * wn * x / s2 / h + wn * wn * level
+    };
+    k.iter().map(weight).collect()
+}
+
+/// Standard deviation that the record's noise alone gives the missing moment at an instant. Those of one
+/// passage through a line of the phase plane are nearly one.
+fn noise_of_moment(decay: &FreeDecay, model: &Fitted) -> f64 {
+    decay.noise_rad * weights(decay, model).iter().map(|w| w * w).sum::<f64>().sqrt()
+}
+
 fn missing_moments(
     decay: &FreeDecay,
     model: &Fitted,
@@ -212,30 +247,17 @@ fn missing_moments(
     yaw: &[f64],
     rate: &[f64],
 ) -> Vec<Missing> {
-    let (wn, zeta) = (model.parameters[0], model.parameters[1]);
-    let h = decay.grid.step_s;
-    // Each over so much of a cycle to either side.
-    let half = ((0.12 * decay.per_cycle()) as usize).max(1);
+    let weights = weights(decay, model);
+    let half = weights.len() / 2;
     if residual.len() <= 2 * half {
         return Vec::new();
     }
-    let k: Vec<f64> = (0..=2 * half).map(|i| i as f64 - half as f64).collect();
-    let n = k.len() as f64;
-    let (s2, s4) = k.iter().fold((0.0, 0.0), |(a, b), x| (a + x * x, b + x.powi(4)));
-    (half..residual.len() - half)
-        .map(|i| {
-            let (mut m0, mut m1, mut m2) = (0.0, 0.0, 0.0);
-            for (x, e) in k.iter().zip(&residual[i - half..=i + half]) {
-                m0 += e;
-                m1 += x * e;
-                m2 += x * x * e;
-            }
-            let curve = (n * m2 - s2 * m0) / (n * s4 - s2 * s2);
-            let level = (m0 - curve * s2) / n;
-            let moment = 2.0 * curve / (h * h) + 2.0 * zeta * wn * m1 / s2 / h + wn * wn * level;
-            Missing { yaw_rad: yaw[i], rate_rad_s: rate[i], moment_rad_s2: moment }
-        })
-        .collect()
+    let at = |i: usize| {
+        let about = &residual[i - half..=i + half];
+        let moment = weights.iter().zip(about).map(|(w, e)| w * e).sum();
+        Missing { yaw_rad: yaw[i], rate_rad_s: rate[i], moment_rad_s2: moment }
+    };
+    (half..residual.len() - half).map(at).collect()
 }
 
 /// Means in the cells of the plane.
@@ -267,14 +289,17 @@ fn cell(x: f64, most: f64, cells: i32) -> i32 {
     ((x / most * (f64::from(cells) + 0.5)).round() as i32).clamp(-cells, cells)
 }
 
+/// A point of a cut.
+struct Along {
+    along: f64,
+    moment: Quantity,
+    passages: usize,
+}
+
 /// Moment along a line through the plane, where the first coordinate of `split` is about zero, against the
 /// second: means over the passages through the line, and their standard uncertainties from the passages'
 /// scatter.
-fn cut(
-    states: &[Missing],
-    along_max: f64,
-    split: impl Fn(&Missing) -> (f64, f64),
-) -> Vec<(f64, Quantity)> {
+fn cut(states: &[Missing], along_max: f64, split: impl Fn(&Missing) -> (f64, f64)) -> Vec<Along> {
     let inside = |s: &Missing| {
         let (across, along) = split(s);
         // The tangent of the angle from the line, in the plane.
@@ -293,7 +318,8 @@ fn cut(
         let along = passages.iter().map(|p| p.0).sum::<f64>() / n;
         let moment = passages.iter().map(|p| p.1).sum::<f64>() / n;
         let scatter = passages.iter().map(|p| (p.1 - moment).powi(2)).sum::<f64>() / (n - 1.0);
-        (along, Quantity::new(moment, (scatter / n).sqrt()))
+        let moment = Quantity::new(moment, (scatter / n).sqrt());
+        Along { along, moment, passages: passages.len() }
     };
     cells.into_iter().filter(|passages| passages.len() >= 2).map(mean).collect()
 }
@@ -302,10 +328,13 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().filter(|v| v.is_finite()).fold(0.0, |m, v| m.max(v.abs()))
 }
 
-fn frequency(decay: &FreeDecay, residual: &[f64]) -> Vec<FrequencyBin> {
+fn frequency(decay: &FreeDecay, residual: &[f64], noise_rad: f64) -> Vec<FrequencyBin> {
     let n = residual.len();
     let power = power(residual.to_vec());
     let total: f64 = power.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    // Of white noise, in each of these.
+    let square = residual.iter().map(|e| e * e).sum::<f64>() / n as f64;
+    let noise = total * noise_rad * noise_rad / square / power.len() as f64;
     let spacing = 1.0 / (n as f64 * decay.grid.step_s);
     // Four bins from each harmonic to the next, up to the sixth.
     let bins = 24;
@@ -313,8 +342,54 @@ fn frequency(decay: &FreeDecay, residual: &[f64]) -> Vec<FrequencyBin> {
     (0..bins)
         .map(|k| {
             let inside = |i: &usize| (*i as f64 * spacing / width) as usize == k;
-            let share = (0..power.len()).filter(inside).map(|i| power[i]).sum::<f64>() / total;
-            FrequencyBin { hz: (k as f64 + 0.5) * width, share }
+            let inside = || (0..power.len()).filter(inside).map(|i| power[i]);
+            let (sum, count) = (inside().sum::<f64>(), inside().count());
+            FrequencyBin {
+                hz: (k as f64 + 0.5) * width,
+                share: sum / total,
+                over_noise: if count > 0 { sum / (count as f64 * noise) } else { 0.0 },
+            }
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::fitting::fit_plain;
+    use crate::record::Record;
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, Normal};
+
+    /// A damped mode with white noise, of which a second-order model leaves the noise alone.
+    fn noisy(seed: u64) -> Where {
+        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+        let noise = Normal::new(0.0, 0.05).unwrap();
+        let time_s: Vec<f64> = (0..15_000).map(|k| f64::from(k) / 500.0).collect();
+        let yaw = |t: &f64| 12.0 * (-0.05 * t).exp() * (6.0 * t).cos() + noise.sample(&mut random);
+        let yaw_deg = time_s.iter().map(yaw).collect();
+        let decay = FreeDecay::of(&Record::new("noisy", time_s, yaw_deg)).unwrap();
+        locate(&decay, &fit_plain(&decay, false, decay.yaw_rad.len()))
+    }
+
+    #[test]
+    fn what_is_left_of_noise_is_as_large_as_it_is_said_to_be() {
+        let all: Vec<Where> = (1..=20).map(noisy).collect();
+        // 24 bins of some seven frequencies each: 480 means of a sum that is 1 on average, deviation 0.02.
+        let powers: Vec<f64> =
+            all.iter().flat_map(|w| &w.frequency).map(|f| f.over_noise).collect();
+        let mean = powers.iter().sum::<f64>() / powers.len() as f64;
+        assert!((mean - 1.0).abs() < 0.08, "{mean}");
+        // Points of the laws in units of it, whose passages are not equally many and not quite independent.
+        let points = all.iter().flat_map(|w| {
+            let damping = w.damping_law.iter().map(|p| p.moment_rad_s2);
+            let stiffness = w.stiffness_law.iter().map(|p| p.moment_rad_s2);
+            damping.chain(stiffness).map(|m| m / w.noise_rad_s2).collect::<Vec<_>>()
+        });
+        let points: Vec<f64> = points.collect();
+        let within = points.iter().filter(|m| m.abs() < 2.0).count();
+        let size = rms(points.iter().copied());
+        assert!((0.7..1.4).contains(&size), "{size}");
+        assert!(within as f64 > 0.88 * points.len() as f64, "{within} of {}", points.len());
+    }
 }
