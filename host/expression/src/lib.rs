@@ -82,6 +82,8 @@ pub struct Words {
     pub remove: &'static str,
     /// The release that would distinguish it from the effects it resembles.
     pub release: &'static str,
+    /// The same of what has neither springs nor wind.
+    pub elsewhere: Option<&'static Words>,
 }
 
 /// A definition that has passed its checks.

@@ -15,6 +15,14 @@ const FILES: [(&str, &str, &Words); 1] = [(
         confirm: "on other springs a and rate stay; a wake's a goes with the square of the wind speed, its rate with the speed",
         remove: "take straps and rubber away; a wake belongs to the car: its share is in the derivatives against reduced frequency",
         release: "the same amplitude on a softer and a stiffer spring, with the wind on and off",
+        elsewhere: Some(&Words {
+            cause: "a strap, rubber or an oil film; liquid in a tank, or a wake, that follows late",
+            fingerprint: "the first cycles are off, the mid-line with them; what follows is a second-order response",
+            confirm: "at another natural frequency a and rate stay",
+            remove: "take straps and rubber away, empty or fill the tanks",
+            release: "the same amplitude at a lower and a higher natural frequency",
+            elsewhere: None,
+        }),
     },
 )];
 

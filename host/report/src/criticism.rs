@@ -53,7 +53,7 @@ fn found(
             u: Some(quantity.u).filter(|u| u.is_finite() && *u > 0.0),
         })
     });
-    let card = effect.card();
+    let card = effect.card_in(measurand);
     EffectFound {
         id: effect.id().to_owned(),
         title: card.title.to_owned(),

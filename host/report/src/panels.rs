@@ -35,9 +35,10 @@ pub struct Panels<'a> {
     pub span: Span,
 }
 
-/// An effect with its card.
-pub fn described(effect: Effect) -> Value {
-    let Card { title, formula, cause, fingerprint, confirm, remove, release } = effect.card();
+/// An effect with its card, in the words of `measurand`.
+pub fn described(effect: Effect, measurand: &Measurand) -> Value {
+    let Card { title, formula, cause, fingerprint, confirm, remove, release } =
+        effect.card_in(measurand);
     json!({
         "effect": effect, "title": title, "formula": formula, "cause": cause, "fingerprint": fingerprint,
         "confirm": confirm, "remove": remove, "release": release,
@@ -144,10 +145,15 @@ pub fn trials(ghosts: impl Iterator<Item = Arc<Ghost>>) -> Vec<Arc<Ghost>> {
     all
 }
 
-/// An effect that the model may lack: its card, and what it would do as far as a diagnosis or a trial has
-/// found it.
-pub fn candidate(effect: Effect, diagnosed: Option<&Diagnosed>, tried: Option<&Ghost>) -> Value {
-    let mut out = described(effect.clone());
+/// An effect that the model of a record of `measurand` may lack: its card, and what it would do as far as a
+/// diagnosis or a trial has found it.
+pub fn candidate(
+    effect: Effect,
+    measurand: &Measurand,
+    diagnosed: Option<&Diagnosed>,
+    tried: Option<&Ghost>,
+) -> Value {
+    let mut out = described(effect.clone(), measurand);
     let ranked = diagnosed.and_then(|d| d.diagnosis.candidates.iter().find(|c| c.effect == effect));
     let found = ranked
         .map(|c| (c.evidence, c.residual_over_noise, c.converged))
@@ -165,12 +171,13 @@ pub fn candidate(effect: Effect, diagnosed: Option<&Diagnosed>, tried: Option<&G
 /// Which effects a diagnosis cannot tell apart, and what would.
 pub fn alike(diagnosed: Option<&Diagnosed>) -> Vec<String> {
     let pairs = diagnosed.into_iter().flat_map(|d| &d.diagnosis.indistinguishable);
+    let measurand = diagnosed.map(|d| d.diagnosis.said.measurand()).unwrap_or_default();
     let said = |[a, b]: &[Effect; 2]| {
         format!(
             "{} and {} cannot be distinguished in this release; what would: {}",
             a.card().title,
             b.card().title,
-            a.card().release
+            a.card_in(&measurand).release
         )
     };
     pairs.map(said).collect()
@@ -210,6 +217,7 @@ fn part(decay: &FreeDecay, fitted: &Fitted, [from, to]: Span) -> Range<usize> {
 fn where_json(w: &Where) -> Value {
     let cell = |c: &PhaseCell| [short(c.yaw_deg), short(c.rate_deg_s), short(c.moment_rad_s2)];
     json!({
+        "noise": short(w.noise_rad_s2),
         "phase": w.phase.iter().map(cell).collect::<Vec<_>>(),
         "damping_law": w.damping_law.iter().map(|p| [p.rate_deg_s, p.moment_rad_s2, p.u_rad_s2].map(short)).collect::<Vec<_>>(),
         "stiffness_law": w.stiffness_law.iter().map(|p| [p.yaw_deg, p.moment_rad_s2, p.u_rad_s2].map(short)).collect::<Vec<_>>(),
@@ -217,7 +225,6 @@ fn where_json(w: &Where) -> Value {
     })
 }
 
-        "noise": short(w.noise_rad_s2),
 fn points_json(points: &[AmplitudePoint], release_s: f64) -> Value {
     let row = |p: &AmplitudePoint| {
         let (wn, zeta) = (p.natural_frequency_rad_s, p.damping_ratio);

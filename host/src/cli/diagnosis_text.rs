@@ -66,6 +66,7 @@ pub fn of(name: &str, d: &Diagnosis, model: &str) -> String {
     out.push_str(&groups(
         &d.indistinguishable,
         if count > 1 { "these releases" } else { "this record" },
+        measurand,
     ));
     let unexplained: Vec<String> = d
         .releases
@@ -84,7 +85,7 @@ pub fn of(name: &str, d: &Diagnosis, model: &str) -> String {
         );
         out.push_str("Cn_r is the combined damping derivative Cn_r - Cn_betadot.\n");
     }
-    d.effects.iter().for_each(|effect| out.push_str(&card(effect.clone())));
+    d.effects.iter().for_each(|effect| out.push_str(&card(effect, measurand)));
     out.truncate(out.trim_end().len());
     out
 }
@@ -144,7 +145,7 @@ fn by_release(d: &Diagnosis, measurand: &Measurand) -> String {
 }
 
 /// For each accepted effect those that do as well in its place, and the release that would separate them.
-fn groups(pairs: &[[Effect; 2]], place: &str) -> String {
+fn groups(pairs: &[[Effect; 2]], place: &str, measurand: &Measurand) -> String {
     let mut out = String::new();
     for of_one in pairs.chunk_by(|a, b| a[0] == b[0]) {
         let [accepted, _] = &of_one[0];
@@ -155,7 +156,7 @@ fn groups(pairs: &[[Effect; 2]], place: &str) -> String {
             out,
             "\n  {} and {last} cannot be distinguished in {place}; what would: {}",
             names.join(", "),
-            accepted.card().release
+            accepted.card_in(measurand).release
         );
     }
     out
@@ -228,8 +229,8 @@ fn step_rows(measurand: &Measurand, steps: &[Step], model: &str) -> comfy_table:
 }
 
 /// An effect's card, to be read.
-fn card(effect: Effect) -> String {
-    let card = effect.card();
+fn card(effect: &Effect, measurand: &Measurand) -> String {
+    let card = effect.card_in(measurand);
     format!(
         "\n{}: {}\n  usual cause: {}\n  fingerprint: {}\n  to confirm: {}\n  to remove: {}\n",
         card.title, card.formula, card.cause, card.fingerprint, card.confirm, card.remove
@@ -244,11 +245,11 @@ mod tests {
     fn effects_that_cannot_be_distinguished_are_said_as_one_group() {
         use Effect::{CoulombFriction, CubicStiffness, FreePlay, QuinticStiffness};
         let pairs = [[CubicStiffness, QuinticStiffness], [CubicStiffness, FreePlay]];
-        let said = groups(&pairs, "this record");
+        let said = groups(&pairs, "this record", &Measurand::default());
         assert!(said.contains("cubic_stiffness, quintic_stiffness and free_play cannot"), "{said}");
         assert!(said.contains(CubicStiffness.card().release), "{said}");
         assert_eq!(said.trim().lines().count(), 1);
         let two = [[CubicStiffness, QuinticStiffness], [CoulombFriction, FreePlay]];
-        assert_eq!(groups(&two, "this record").trim().lines().count(), 3);
+        assert_eq!(groups(&two, "this record", &Measurand::default()).trim().lines().count(), 3);
     }
 }

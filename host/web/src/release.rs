@@ -191,7 +191,7 @@ impl Release {
         }
         let row = |effect: Effect| {
             let tried = self.ghosts.get(effect.id()).map(Arc::as_ref);
-            let mut out = candidate(effect, found, tried);
+            let mut out = candidate(effect, &self.loaded.record.measurand, found, tried);
             out["rejected"] = Value::Null;
             out
         };

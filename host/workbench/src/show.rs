@@ -8,6 +8,7 @@ use std::sync::Arc;
 use yawrig_base::error::Result;
 use yawrig_core::diagnosis::diagnose::SECOND_ORDER;
 use yawrig_core::effects::Effect;
+use yawrig_core::record::Measurand;
 use yawrig_model::effects::ready_made_effects;
 use yawrig_model::journal::{Action, JournalStep};
 use yawrig_report::panels::{alike, candidate, described, trials, Panels, Span};
@@ -15,6 +16,7 @@ use yawrig_report::view::{Ghost, DIAGNOSIS};
 
 /// Every effect of the library with its card.
 pub fn library() -> Value {
+    let described = |effect| described(effect, &Measurand::default());
     let all: Vec<Value> =
         Effect::ALL.into_iter().chain(ready_made_effects()).map(described).collect();
     json!({ "effects": all })
@@ -72,6 +74,9 @@ pub fn view(app: &App, id: usize, span: Span, ghost: Option<&str>) -> Result<Val
 /// # Errors
 /// Exit 2 where there is no such release.
 pub fn candidates(app: &App, id: usize) -> Result<Value> {
+    let source = app.session().release(id)?.source.clone();
+    let loaded = source.loaded();
+    let measurand = loaded.map_or_else(|_| Measurand::default(), |l| l.record.measurand.clone());
     let session = app.session();
     session.release(id)?;
     let standing = &session.standing;
@@ -88,7 +93,7 @@ pub fn candidates(app: &App, id: usize) -> Result<Value> {
     let row = |effect: Effect| {
         let tried = session.ghosts.get(&(id, standing.key, effect.id().to_owned()));
         let diagnosed = diagnosed.map(Arc::as_ref);
-        let mut out = candidate(effect.clone(), diagnosed, tried.map(Arc::as_ref));
+        let mut out = candidate(effect.clone(), &measurand, diagnosed, tried.map(Arc::as_ref));
         out["rejected"] = json!(rejected(effect));
         out
     };

@@ -32,7 +32,7 @@ impl Law for BaselineDrift {
         Card {
             title: "Zero drifting in time",
             formula: "reading = b + d t",
-            cause: "sensor or amplifier warming up, a creeping spring mount",
+            cause: "sensor or amplifier warming up, a mount that creeps",
             fingerprint: "mid-line moves steadily in time",
             confirm: "record the model at rest for as long",
             remove: "let the electronics warm up",

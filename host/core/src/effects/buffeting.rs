@@ -2,6 +2,7 @@
 //! simulated.
 
 use super::law::{not_negative, Acts, Card, Law, Parameter, Scale};
+use crate::record::Called;
 use super::terms::Terms;
 
 pub(super) struct Buffeting;
@@ -35,6 +36,31 @@ impl Law for Buffeting {
             confirm: "repeat the release: what is random does not repeat; with the wind off it goes",
             remove: "screens, another position in the stream; else average repeats",
             release: "a repeat under the same conditions",
+        }
+    }
+
+    fn card_in(&self, motion: Called) -> Card<'_> {
+        let card = self.card();
+        match motion {
+            Called::Pendulum => Card {
+                cause: "a draught, a floor or stand that shakes",
+                confirm: "repeat the release: what is random does not repeat; watch it at rest",
+                remove: "a still room, a solid stand; else average repeats",
+                ..card
+            },
+            Called::Roll => Card {
+                cause: "waves and currents left in the water, wind",
+                confirm: "repeat the release: what is random does not repeat; watch it at rest",
+                remove: "let the water settle; else average repeats",
+                ..card
+            },
+            Called::Displacement => Card {
+                cause: "a floor or stand that shakes, a draught",
+                confirm: "repeat the release: what is random does not repeat; watch it at rest",
+                remove: "a solid stand; else average repeats",
+                ..card
+            },
+            _ => card,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Dry friction, - c sign(r), which holds the model at r = 0 while the other moments are below c.
 
 use super::law::{numbers, not_negative, Card, Equation, Law, Parameter, RollTerm, Scale};
+use crate::record::Called;
 use super::terms::Terms;
 
 pub(super) struct CoulombFriction;
@@ -45,6 +46,31 @@ impl Law for CoulombFriction {
             confirm: "release with the wind off: it stays the same; it is the same on every spring",
             remove: "free or replace the bearing, lead the cable along the axis, use a contactless sensor",
             release: "a smaller amplitude, where friction dominates",
+        }
+    }
+
+    fn card_in(&self, motion: Called) -> Card<'_> {
+        let card = self.card();
+        match motion {
+            Called::Pendulum => Card {
+                cause: "a bearing or knife edge that rubs, the sensor's wiper or cable",
+                confirm: "add weight: what rubs under load grows with it",
+                remove: "a knife edge, a flexure or a free bearing, a contactless sensor",
+                ..card
+            },
+            Called::Roll => Card {
+                cause: "a guide or tether that rubs, the bearing of a roll gauge",
+                confirm: "let it roll free of guide and gauge, with a gyroscope on board",
+                remove: "free the guide, measure with a gyroscope on board",
+                ..card
+            },
+            Called::Displacement => Card {
+                cause: "a guide or slide that rubs, the sensor's wiper",
+                confirm: "press on the guide: it grows with the force",
+                remove: "a flexure or an air guide, a contactless sensor",
+                ..card
+            },
+            _ => card,
         }
     }
 }

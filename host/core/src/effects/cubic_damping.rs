@@ -1,6 +1,7 @@
 //! Damping with the square of the angle, - c b^2 r.
 
 use super::law::{any, enters, moment, Card, Law, Parameter, RollTerm, Scale};
+use crate::record::Called;
 
 pub(super) struct CubicDamping;
 
@@ -41,6 +42,28 @@ impl Law for CubicDamping {
             confirm: "compare releases with the wind on and off: with the wind off it goes",
             remove: "stay at small amplitudes",
             release: "a larger amplitude, where it differs from damping with the rate's square",
+        }
+    }
+
+    fn card_in(&self, motion: Called) -> Card<'_> {
+        let card = self.card();
+        match motion {
+            Called::Pendulum => Card {
+                cause: "a bearing or damper that takes more at large angles",
+                confirm: "release from twice the amplitude: the added damping is fourfold",
+                ..card
+            },
+            Called::Roll => Card {
+                cause: "bilge keels or a deck edge that meet the surface at large heel",
+                confirm: "release from twice the amplitude: the added damping is fourfold",
+                ..card
+            },
+            Called::Displacement => Card {
+                cause: "a guide or damper that takes more far out",
+                confirm: "release from twice the amplitude: the added damping is fourfold",
+                ..card
+            },
+            _ => card,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Hardening (k3 > 0) or softening, - k3 b^3.
 
 use super::law::{any, enters, moment, Card, Law, Parameter, RollTerm, Scale, Series};
+use crate::record::Called;
 
 pub(super) struct CubicStiffness;
 
@@ -41,6 +42,31 @@ impl Law for CubicStiffness {
             confirm: "static moment against angle; with the wind off it is the springs'",
             remove: "longer springs, smaller amplitude",
             release: "a larger amplitude",
+        }
+    }
+
+    fn card_in(&self, motion: Called) -> Card<'_> {
+        let card = self.card();
+        match motion {
+            Called::Pendulum => Card {
+                cause: "weight, whose moment goes with the sine of the angle: k3 = -wn^2 / 6",
+                confirm: "compare k3 with -wn^2 / 6: so much is weight",
+                remove: "nothing where it is weight; at small amplitudes it does not show",
+                ..card
+            },
+            Called::Roll => Card {
+                cause: "a righting arm that bends with heel",
+                confirm: "hydrostatics: the curve of righting arms at this displacement",
+                remove: "nothing: it is the ship's; at small angles it does not show",
+                ..card
+            },
+            Called::Displacement => Card {
+                cause: "a spring beyond its straight range, a string or membrane that stretches",
+                confirm: "static force against displacement",
+                remove: "a longer spring, a smaller amplitude",
+                ..card
+            },
+            _ => card,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Free play: the spring acts on b beyond a dead zone of +-g only.
 
 use super::law::{numbers, not_negative, Card, Equation, Law, Parameter, Scale};
+use crate::record::Called;
 use super::terms::Terms;
 
 pub(super) struct FreePlay;
@@ -42,6 +43,25 @@ impl Law for FreePlay {
             confirm: "rock the model by hand about its rest; preload the springs and release again",
             remove: "preload the springs, shim the joint",
             release: "a smaller amplitude, down to a few g",
+        }
+    }
+
+    fn card_in(&self, motion: Called) -> Card<'_> {
+        let card = self.card();
+        match motion {
+            Called::Pendulum => Card {
+                cause: "a bearing with play, a loose joint between pendulum and shaft",
+                confirm: "rock it by hand about its rest",
+                remove: "a bearing without play, a tight joint",
+                ..card
+            },
+            Called::Roll => Card {
+                cause: "cargo or a gauge's joint that moves before it pushes",
+                confirm: "rock it by hand about its rest, look at what moves",
+                remove: "secure the load, a tight joint",
+                ..card
+            },
+            _ => card,
         }
     }
 }

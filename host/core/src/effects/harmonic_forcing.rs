@@ -1,6 +1,7 @@
 //! A periodic moment, + f cos(w t + phi), with w away from the natural frequency.
 
 use super::law::{any, not_negative, numbers, Card, Equation, Law, LineParameters, Parameter, Scale, Seen};
+use crate::record::Called;
 use super::terms::Terms;
 
 pub(super) struct HarmonicForcing;
@@ -53,6 +54,31 @@ impl Law for HarmonicForcing {
             confirm: "watch the model at rest; change the wind speed: shedding moves with it, a fan line with its speed",
             remove: "isolate the rig, move away from that wind speed, break up the shedding",
             release: "a longer record, in which a line sharpens and a decaying mode does not",
+        }
+    }
+
+    fn card_in(&self, motion: Called) -> Card<'_> {
+        let card = self.card();
+        match motion {
+            Called::Pendulum => Card {
+                cause: "a machine nearby, a floor or stand that shakes, mains hum in the sensor",
+                confirm: "watch it at rest: the line is there",
+                remove: "another stand or place, a shielded sensor",
+                ..card
+            },
+            Called::Roll => Card {
+                cause: "waves of one period, a machine on board",
+                confirm: "watch it at rest: the line is there",
+                remove: "let the water settle, stop the machine",
+                ..card
+            },
+            Called::Displacement => Card {
+                cause: "a machine nearby, a floor or stand that shakes, mains hum in the sensor",
+                confirm: "watch it at rest: the line is there",
+                remove: "another stand or place, a shielded sensor",
+                ..card
+            },
+            _ => card,
         }
     }
 }

@@ -2,6 +2,7 @@
 //! Mech. Div. 102, 1976): a spring of stiffness h that yields at y.
 
 use super::law::{at_shares, not_negative, numbers, within, Card, Equation, Law, Parameter, Scale, Seen};
+use crate::record::Called;
 use super::memory::Memory;
 use super::terms::Terms;
 use crate::quantity::Quantity;
@@ -62,6 +63,27 @@ impl Law for Hysteresis {
             confirm: "a stiffer spring at the same amplitude: the energy lost in a cycle stays",
             remove: "springs that stay elastic, glued or preloaded joints",
             release: "another spring at the same amplitude, which changes the rate and not the angle",
+        }
+    }
+
+    fn card_in(&self, motion: Called) -> Card<'_> {
+        let card = self.card();
+        match motion {
+            Called::Pendulum => Card {
+                cause: "rubber, wire or tape in the suspension, joints that slip a little",
+                confirm: "another length at the same amplitude: the energy lost in a cycle stays",
+                remove: "a knife edge or an elastic flexure, glued joints",
+                release: "another length at the same amplitude, which changes the rate and not the angle",
+                ..card
+            },
+            Called::Roll => Card {
+                cause: "tethers or fenders that give, liquid that lags behind",
+                confirm: "take tethers away, empty the tanks",
+                remove: "take tethers away, empty or fill the tanks",
+                release: "another stability at the same amplitude, which changes the rate and not the angle",
+                ..card
+            },
+            _ => card,
         }
     }
 }

@@ -7,6 +7,7 @@
 use super::lines;
 use super::terms::Terms;
 use crate::quantity::Quantity;
+use crate::record::Called;
 use std::borrow::Cow;
 pub(super) use yawrig_expression::Parameter;
 use yawrig_expression::Unit;
@@ -27,6 +28,11 @@ pub(crate) trait Law: Send + Sync {
 
     /// Formula, cause, fingerprint, confirmation, remedy.
     fn card(&self) -> Card<'_>;
+
+    /// The same in the words of another motion than that of a rig in the wind.
+    fn card_in(&self, _motion: Called) -> Card<'_> {
+        self.card()
+    }
 
     /// It as text, where text can hold it.
     fn equation(&self) -> Option<Equation<'_>> {

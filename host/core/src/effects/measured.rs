@@ -354,7 +354,7 @@ impl Law for Arc<MeasuredLaw> {
             title: "A law measured from the releases",
             formula: "- K(b) - D(r), curves through their values at knots",
             cause: "something that no effect of the library describes",
-            fingerprint: "a missing moment that is a curve over yaw angle, or over yaw rate, at every amplitude",
+            fingerprint: "a missing moment that is a curve over the angle, or over its rate, at every amplitude",
             confirm: "measure it again from another release: the curves agree within their bands",
             remove: "depends on what it stands for: see the formulas that predict as well",
             release: "a larger amplitude, beyond which the law is not known",

@@ -28,6 +28,7 @@ pub(crate) use terms::{Moments, States, LANES};
 pub(crate) use terms::{Rotation, State};
 pub use yawrig_expression::{Parameter, MOST_OWN};
 
+use crate::record::Measurand;
 use law::Law;
 use serde::{Serialize, Serializer};
 use std::fmt;
@@ -337,6 +338,11 @@ impl Effect {
     /// Formula, cause, fingerprint, confirmation, remedy.
     pub fn card(&self) -> Card<'_> {
         self.law().card()
+    }
+
+    /// The same in the words of what `measurand` is of: a pendulum has no springs and no wind.
+    pub fn card_in(&self, measurand: &Measurand) -> Card<'_> {
+        self.law().card_in(measurand.motion())
     }
 }
 

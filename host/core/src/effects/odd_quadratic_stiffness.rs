@@ -2,6 +2,7 @@
 //! it.
 
 use super::law::{abs, enters, moment, not_positive, Card, Law, Parameter, Scale, Series};
+use crate::record::Called;
 
 pub(super) struct OddQuadraticStiffness;
 
@@ -38,6 +39,18 @@ impl Law for OddQuadraticStiffness {
             confirm: "tighten the clamps: it becomes smaller",
             remove: "glue or preload the joints of the springs",
             release: "a smaller amplitude, where it differs from a cube",
+        }
+    }
+
+    fn card_in(&self, motion: Called) -> Card<'_> {
+        let card = self.card();
+        match motion {
+            Called::Pendulum | Called::Roll => Card {
+                cause: "micro-slip in joints, clamps and suspension",
+                remove: "glue or preload the joints",
+                ..card
+            },
+            _ => card,
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::law::{Card, Equation, Law, Scale, Seen, SMALL};
 use super::terms::Terms;
+use crate::record::Called;
 use std::sync::Arc;
 use yawrig_expression::{OwnEffect, OwnTerm, Parameter, Unit, Words};
 
@@ -17,7 +18,22 @@ const USERS: Words = Words {
         "fit it to releases of other sizes, on other springs, with the wind off: its numbers stay",
     remove: "depends on what it stands for",
     release: "another amplitude, another spring, wind off: whichever moves the two moments apart",
+    elsewhere: Some(&Words {
+        cause: "whoever wrote it knows: an effect from a file of your own",
+        fingerprint:
+            "where its moment is large: compare residuals over the phase plane with and without it",
+        confirm: "fit it to releases of other sizes: its numbers stay",
+        remove: "depends on what it stands for",
+        release:
+            "another amplitude, another natural frequency: whichever moves the two moments apart",
+        elsewhere: None,
+    }),
 };
+
+fn card<'a>(own: &'a OwnEffect, words: &Words) -> Card<'a> {
+    let Words { cause, fingerprint, confirm, remove, release, .. } = *words;
+    Card { title: &own.title, formula: &own.formula, cause, fingerprint, confirm, remove, release }
+}
 
 impl Law for Arc<OwnEffect> {
     fn id(&self) -> &str {
@@ -91,8 +107,14 @@ impl Law for Arc<OwnEffect> {
     }
 
     fn card(&self) -> Card<'_> {
-        let Words { cause, fingerprint, confirm, remove, release } = self.words.unwrap_or(&USERS);
-        let (title, formula) = (&self.title, &self.formula);
-        Card { title, formula, cause, fingerprint, confirm, remove, release }
+        card(self, self.words.unwrap_or(&USERS))
+    }
+
+    fn card_in(&self, motion: Called) -> Card<'_> {
+        let words = self.words.unwrap_or(&USERS);
+        match motion {
+            Called::Yaw | Called::Pitch => card(self, words),
+            _ => card(self, words.elsewhere.unwrap_or(words)),
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! Weight about an axis that is not vertical, + g (b - sin b); g = wn^2 for a pendulum and nothing else.
 
 use super::law::{any, enters, moment, sin, Card, Law, Parameter, Scale, Series};
+use crate::record::Called;
 
 pub(super) struct PendulumGravity;
 
@@ -42,6 +43,31 @@ impl Law for PendulumGravity {
             confirm: "level the axis, or turn the rig: it changes with the axis's tilt",
             remove: "make the axis vertical, or balance the model about it",
             release: "a larger amplitude, where a sine differs from a cube",
+        }
+    }
+
+    fn card_in(&self, motion: Called) -> Card<'_> {
+        let card = self.card();
+        match motion {
+            Called::Pendulum => Card {
+                cause: "its weight, whose moment goes with the sine of the angle",
+                confirm: "compare g with wn^2: of a pendulum and nothing else they are equal",
+                remove: "nothing: it is what a pendulum does; at small amplitudes it does not show",
+                ..card
+            },
+            Called::Roll => Card {
+                cause: "a righting arm that goes with the sine of heel, as a round hull's",
+                confirm: "hydrostatics: the curve of righting arms at this displacement",
+                remove: "nothing: it is the ship's; at small angles it does not show",
+                ..card
+            },
+            Called::Displacement => Card {
+                cause: "weight on an arm that turns with the displacement",
+                confirm: "load the arm: it changes with the load",
+                remove: "balance the arm, or make it longer",
+                ..card
+            },
+            _ => card,
         }
     }
 }

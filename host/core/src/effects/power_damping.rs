@@ -1,6 +1,7 @@
 //! Damping with a power of the yaw rate, - c |r|^n sign(r).
 
 use super::law::{not_negative, numbers, within, Card, Equation, Law, Parameter, Scale, Seen};
+use crate::record::Called;
 use super::terms::{Moment, State, Terms};
 use crate::quantity::Quantity;
 
@@ -64,6 +65,25 @@ impl Law for PowerDamping {
             confirm: "a release of another size: n stays",
             remove: "depends on which loss it is: try with the wind off, and with the bearing freed",
             release: "a much smaller and a much larger amplitude, where the powers differ",
+        }
+    }
+
+    fn card_in(&self, motion: Called) -> Card<'_> {
+        let card = self.card();
+        match motion {
+            Called::Pendulum => Card {
+                remove: "depends on which loss it is: try another bearing, and a smaller bob",
+                ..card
+            },
+            Called::Roll => Card {
+                remove: "depends on which loss it is: try it without bilge keels and appendages",
+                ..card
+            },
+            Called::Displacement => Card {
+                remove: "depends on which loss it is: try another guide, and a smaller body",
+                ..card
+            },
+            _ => card,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Damping with the square of the rate, - d |r| r.
 
 use super::law::{abs, enters, moment, not_negative, Card, Law, Parameter, RollTerm, Scale};
+use crate::record::Called;
 
 pub(super) struct QuadraticDamping;
 
@@ -37,6 +38,28 @@ impl Law for QuadraticDamping {
             confirm: "release from twice the amplitude: the added damping doubles",
             remove: "shield parts of the rig that are not the model; the model's own drag remains",
             release: "a larger amplitude, where it differs from damping with the square of the angle",
+        }
+    }
+
+    fn card_in(&self, motion: Called) -> Card<'_> {
+        let card = self.card();
+        match motion {
+            Called::Pendulum => Card {
+                cause: "drag of bob and rod in the air",
+                remove: "a smaller or smoother bob of the same weight, a smaller amplitude",
+                ..card
+            },
+            Called::Roll => Card {
+                cause: "eddies at bilges, bilge keels and appendages",
+                remove: "nothing: it is the ship's; without appendages there is less of it",
+                ..card
+            },
+            Called::Displacement => Card {
+                cause: "drag of the body in air or liquid",
+                remove: "a smaller or smoother body, a smaller amplitude",
+                ..card
+            },
+            _ => card,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! A restoring moment stiffer to one side, - k2 b^2.
 
 use super::law::{any, enters, moment, Card, Law, Parameter, Scale};
+use crate::record::Called;
 
 pub(super) struct QuadraticStiffness;
 
@@ -33,6 +34,30 @@ impl Law for QuadraticStiffness {
             confirm: "release to the other side: the mid-line moves the same way",
             remove: "match the springs and their preload",
             release: "one to the other side, and one with another spring: a curved sensor scale keeps its size",
+        }
+    }
+
+    fn card_in(&self, motion: Called) -> Card<'_> {
+        let card = self.card();
+        match motion {
+            Called::Pendulum => Card {
+                cause: "a cable, spring or magnet that pulls to one side",
+                remove: "lead the cable along the axis, take away what pulls",
+                release: "one to the other side, and one with more weight: a curved sensor scale keeps its size",
+                ..card
+            },
+            Called::Roll => Card {
+                cause: "a list, a hull or load that is not symmetric",
+                remove: "trim it upright",
+                release: "one to the other side, and one with ballast moved: a curved sensor scale keeps its size",
+                ..card
+            },
+            Called::Displacement => Card {
+                cause: "a spring that is stiffer one way than the other",
+                remove: "springs to both sides, alike and preloaded",
+                ..card
+            },
+            _ => card,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Hardening (k5 > 0) or softening that sets in late, - k5 b^5.
 
 use super::law::{any, enters, moment, Card, Law, Parameter, RollTerm, Scale, Series};
+use crate::record::Called;
 
 pub(super) struct QuinticStiffness;
 
@@ -41,6 +42,30 @@ impl Law for QuinticStiffness {
             confirm: "static moment against angle: straight at first, then steeper than the cube",
             remove: "longer springs, smaller amplitude",
             release: "a larger amplitude, where it differs from the cube",
+        }
+    }
+
+    fn card_in(&self, motion: Called) -> Card<'_> {
+        let card = self.card();
+        match motion {
+            Called::Pendulum => Card {
+                cause: "weight's next term beside cubic stiffness, a soft stop",
+                remove: "move the stop out; at small amplitudes it does not show",
+                ..card
+            },
+            Called::Roll => Card {
+                cause: "the righting arm's next term beside cubic stiffness, the deck edge under water",
+                confirm: "hydrostatics: the curve of righting arms at this displacement",
+                remove: "nothing: it is the ship's; at small angles it does not show",
+                ..card
+            },
+            Called::Displacement => Card {
+                cause: "a spring far beyond its straight range, a soft stop",
+                confirm: "static force against displacement: straight at first, then steeper than the cube",
+                remove: "a longer spring, a smaller amplitude",
+                ..card
+            },
+            _ => card,
         }
     }
 }

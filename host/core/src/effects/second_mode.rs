@@ -3,6 +3,7 @@
 
 use super::lines;
 use super::law::{any, not_negative, numbers, within, Card, Equation, Law, LineParameters, Parameter, Scale, Seen};
+use crate::record::Called;
 use super::terms::{Reading, Rotation, Terms};
 
 pub(super) struct SecondMode;
@@ -76,6 +77,25 @@ impl Law for SecondMode {
             confirm: "tap the support with the model clamped",
             remove: "stiffen the support or the sensor's mount",
             release: "a longer record, in which it dies out and forcing does not",
+        }
+    }
+
+    fn card_in(&self, motion: Called) -> Card<'_> {
+        let card = self.card();
+        match motion {
+            Called::Pendulum => Card {
+                cause: "a rod that bends, a bob that turns on its string, a swing across, a stand that shakes",
+                confirm: "tap the stand with the pendulum held; look along the axis",
+                remove: "stiffen rod, joint and stand; let go without a push aside",
+                ..card
+            },
+            Called::Roll => Card {
+                cause: "heave, pitch or sway that the sensor sees, its mount shaking",
+                confirm: "record heave and pitch beside roll",
+                remove: "put the sensor on the roll axis, heel without pressing it down",
+                ..card
+            },
+            _ => card,
         }
     }
 }

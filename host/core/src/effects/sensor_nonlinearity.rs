@@ -1,6 +1,7 @@
 //! A sensor whose scale is curved: reading = b + s b^2.
 
 use super::law::{any, enters, reading, Acts, Card, Law, Parameter, Scale};
+use crate::record::Called;
 
 pub(super) struct SensorNonlinearity;
 
@@ -33,6 +34,21 @@ impl Law for SensorNonlinearity {
             confirm: "calibrate the sensor against a protractor",
             remove: "calibrate, or use the middle of its range",
             release: "one on another spring: the sensor's coefficient stays, a moment's changes",
+        }
+    }
+
+    fn card_in(&self, motion: Called) -> Card<'_> {
+        let card = self.card();
+        match motion {
+            Called::Pendulum => Card {
+                release: "one with the sensor turned a little: its coefficient changes, a moment's stays",
+                ..card
+            },
+            Called::Roll => Card {
+                release: "one with another sensor: its coefficient changes, a moment's stays",
+                ..card
+            },
+            _ => card,
         }
     }
 }

@@ -9,6 +9,7 @@ use super::terms::Terms;
 use super::Effect;
 use crate::derivatives::condition::{is_same_speed, SAME_SPEED};
 use crate::quantity::Quantity;
+use crate::record::Called;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -309,6 +310,9 @@ impl Law for Arc<Sourced> {
     }
     fn card(&self) -> Card<'_> {
         self.effect.card()
+    }
+    fn card_in(&self, motion: Called) -> Card<'_> {
+        self.effect.law().card_in(motion)
     }
     fn acts_on(&self) -> Acts {
         self.effect.acts_on()

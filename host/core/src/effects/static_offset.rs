@@ -1,6 +1,7 @@
 //! A constant moment, + m.
 
 use super::law::{numbers, any, Card, Equation, Law, Parameter, Scale};
+use crate::record::Called;
 use super::terms::Terms;
 
 pub(super) struct StaticOffset;
@@ -45,6 +46,34 @@ impl Law for StaticOffset {
             confirm: "reading at rest with the wind off and on: a sensor not zeroed shows it in both, on every spring",
             remove: "zero the sensor with the wind off, align the springs",
             release: "wind off, and another spring: a moment's offset falls with stiffness, the sensor's stays",
+        }
+    }
+
+    fn card_in(&self, motion: Called) -> Card<'_> {
+        let card = self.card();
+        match motion {
+            Called::Pendulum => Card {
+                cause: "a cable that pulls, a pendulum out of balance; or a sensor that was not zeroed",
+                confirm: "reading at rest with the cable off: a sensor not zeroed shows it still",
+                remove: "zero the sensor at rest, lead the cable along the axis",
+                release: "one with more weight: a moment's offset falls, the sensor's stays",
+                ..card
+            },
+            Called::Roll => Card {
+                cause: "a list; or a sensor that was not zeroed",
+                confirm: "the draughts on both sides at rest: a sensor not zeroed shows it with none",
+                remove: "zero the sensor at rest, trim it upright",
+                release: "one with ballast moved across: a list changes, the sensor's offset stays",
+                ..card
+            },
+            Called::Displacement => Card {
+                cause: "a constant force; or a sensor that was not zeroed",
+                confirm: "reading at rest without the force: a sensor not zeroed shows it still",
+                remove: "zero the sensor at rest",
+                release: "another spring: a force's offset falls with stiffness, the sensor's stays",
+                ..card
+            },
+            _ => card,
         }
     }
 }

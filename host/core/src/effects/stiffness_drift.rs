@@ -1,6 +1,7 @@
 //! Stiffness that drifts, wn^2 (1 + e t).
 
 use super::law::{any, enters, moment, Acts, Card, Law, Parameter, Scale};
+use crate::record::Called;
 
 pub(super) struct StiffnessDrift;
 
@@ -37,6 +38,31 @@ impl Law for StiffnessDrift {
             confirm: "log the wind speed; release twice in a row: the second starts where the first ended",
             remove: "let the tunnel settle before releasing",
             release: "one of half the amplitude: a drift keeps its size, a hardening falls to a quarter",
+        }
+    }
+
+    fn card_in(&self, motion: Called) -> Card<'_> {
+        let card = self.card();
+        match motion {
+            Called::Pendulum => Card {
+                cause: "a weight that slides, a suspension that creeps or warms",
+                confirm: "release twice in a row: the second starts where the first ended",
+                remove: "clamp the weights, let it settle before releasing",
+                ..card
+            },
+            Called::Roll => Card {
+                cause: "load or water that shifts",
+                confirm: "release twice in a row: the second starts where the first ended",
+                remove: "secure the load, empty or fill the tanks",
+                ..card
+            },
+            Called::Displacement => Card {
+                cause: "a spring that warms or creeps",
+                confirm: "release twice in a row: the second starts where the first ended",
+                remove: "let it settle before releasing",
+                ..card
+            },
+            _ => card,
         }
     }
 }

@@ -134,6 +134,11 @@ impl Measurand {
         Self { called, ..self }
     }
 
+    /// What the motion is called.
+    pub fn motion(&self) -> Called {
+        self.called
+    }
+
     /// Whether the motion is called so.
     pub fn is_called(&self, called: Called) -> bool {
         self.called == called

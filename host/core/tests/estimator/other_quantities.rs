@@ -9,7 +9,7 @@ use yawrig_core::fit::fitting::{fit_added, fit_plain_within, Fitted, Structure};
 use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::identify::{identify, Begin, Method, Settings};
 use yawrig_core::quantity::Quantity;
-use yawrig_core::record::{Derivative, Measurand, Record};
+use yawrig_core::record::{Called, Derivative, Measurand, Record};
 use yawrig_rig::{Effects, Samples, Sees, Sensor, Start};
 use yawrig_shared::modal::Modal;
 
@@ -169,4 +169,36 @@ fn a_displacement_is_the_angle_in_another_unit() {
     assert!(!Effect::from_id("pendulum_gravity")
         .unwrap()
         .is_seen_in(&Measurand::linear(Derivative::None, "m")));
+}
+
+/// What to do about an effect is said in words of the motion it was found in.
+#[test]
+fn cards_speak_of_the_motion() {
+    let wind = ["wind off", "wind on", "the wind", "tunnel", "yaw", "sideslip", "vertical"];
+    let rigs = ["springs", "every spring", "another spring"];
+    let forbidden = [
+        (Called::Pendulum, [&wind[..], &rigs].concat()),
+        (Called::Roll, [&wind[..], &rigs].concat()),
+        (Called::Displacement, wind.to_vec()),
+    ];
+    let own = yawrig_core::effects::Effect::Own(
+        yawrig_expression::ready_made("first_order_lag").expect("it is there"),
+    );
+    for (motion, forbidden) in forbidden {
+        let measurand = Measurand::default().called(motion);
+        for effect in Effect::ALL.into_iter().chain([own.clone()]) {
+            let card = effect.card_in(&measurand);
+            for said in [card.cause, card.fingerprint, card.confirm, card.remove, card.release] {
+                for word in &forbidden {
+                    assert!(!said.contains(word), "{motion:?}, {effect}: {said}");
+                }
+            }
+            assert_eq!(card.title, effect.card().title);
+        }
+    }
+    let pendulum = Measurand::default().called(Called::Pendulum);
+    assert!(Effect::PendulumGravity.card_in(&pendulum).cause.contains("its weight"));
+    // A rig in the wind, by pitch as by yaw.
+    let pitch = Measurand::default().called(Called::Pitch);
+    assert_eq!(Effect::PendulumGravity.card_in(&pitch), Effect::PendulumGravity.card());
 }
