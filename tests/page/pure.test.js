@@ -9,11 +9,12 @@ import { trialColour } from "./scripts/panels.js";
 import { called } from "./scripts/replay.js";
 import { toldApart } from "./scripts/releases.js";
 import { height, short } from "./scripts/steps.js";
+import * as summaries from "./scripts/summaries.js";
 import { digits, make, ratio } from "./scripts/talk.js";
 
 /** A classic script, which leaves its name behind. */
 const text = readFileSync(new URL("./scripts/plots.js", import.meta.url), "utf8");
-const Plots = new Function("matchMedia", `${text}; return Plots;`)(() => ({ addEventListener() {} }));
+const Plots = new Function("matchMedia", "addEventListener", `${text}; return Plots;`)(() => ({ addEventListener() {} }), () => {});
 
 test("numbers have their digits, a proper minus, and a dash where there are none", () => {
   assert.deepEqual([0.012345, -7.5, 1234567, null, undefined, NaN].map((x) => digits(x)), ["0.0123", "−7.5", "1230000", "–", "–", "–"]);
@@ -23,6 +24,10 @@ test("numbers have their digits, a proper minus, and a dash where there are none
 test("ticks have the digits that tell them from the next", () => {
   const { tick } = Plots;
   assert.deepEqual([tick(0, 1), tick(0.25, 0.25), tick(-0.5, 0.25), tick(10, 5), tick(3e-5), tick(250000)], ["0", "0.25", "−0.50", "10", "3.0e−5", "2.5e5"]);
+});
+
+test("a value has the digits of its uncertainty", () => {
+  assert.deepEqual([Plots.uncertain(7.49812, 0.001867), Plots.uncertain(-120.4, 31), Plots.uncertain(-0.02, 0.0004)], ["7.4981 ± 0.0019", "−120 ± 31", "−0.02000 ± 0.00040"]);
 });
 
 test("tables over their own x share one, with nothing where they have nothing", () => {
@@ -93,4 +98,14 @@ test("elements take properties, attributes and listeners", () => {
   const heard = () => {};
   make("button", { title: "t", "aria-label": "a", "data-no": null, onclick: heard }, "text", null, undefined);
   assert.deepEqual([element.title, element.attributes, element.listeners, element.children], ["t", { "aria-label": "a" }, { click: heard }, ["text"]]);
+});
+
+test("a panel says in a sentence what it shows", () => {
+  const u = { recorded: "yaw angle", unit: "deg", coordinate: "yaw angle", word: "yaw", rate: "yaw rate", of: "deg", rate_unit: "deg/s", moment: "rad/s²", shows_rest: true };
+  const w = { noise: 0.01, phase: [[1, 2, 0.005], [-5, 10, -0.2]], damping_law: [[50, 0.1, 0.01], [5, 0.01, 0.01]], stiffness_law: [], frequency: [[1.2, 0.9, 57], [2.4, 0.1, 1]] };
+  assert.equal(summaries.phase(w, u), "Missing moment over yaw angle and yaw rate, largest −0.2 rad/s² at −5 deg and 10 deg/s; the noise makes 0.01 of it.");
+  assert.equal(summaries.cut(w.damping_law, u.rate, u.rate_unit, w, u), "Missing moment over yaw rate, 2 points, 1 of them beyond twice the noise; largest 0.1 rad/s² at 50 deg/s.");
+  assert.equal(summaries.cut([], u.coordinate, u.of, w, u), "No missing moment over yaw angle is known.");
+  assert.equal(summaries.spectrum(w), "Spectrum of the residual, largest at 1.2 Hz: 57 times the noise's power.");
+  assert.equal(summaries.amplitude([[2, 7.4, 0.01, 0.02, 0.001, 9], [12, 7.5, 0.001, 0.01, 0.0001, 1]], 1, "Natural frequency in rad/s", u), "Natural frequency in rad/s against amplitude, from 7.5 ± 0.001 at 12 deg to 7.4 ± 0.01 at 2 deg.");
 });

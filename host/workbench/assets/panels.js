@@ -1,5 +1,6 @@
 // The panels: one cursor and one stretch of time for all of them.
 import { by, digits, get, ratio } from "./talk.js";
+import * as summaries from "./summaries.js";
 
 /**
  * What is looked at. `span` is in seconds of the record's clock; nulls for all of it.
@@ -68,7 +69,7 @@ function drawEnds() {
 
 export function build() {
   const pointed = (/** @type {Pointed} */ source) => (/** @type {number | null} */ t) => point(t, source);
-  plots.overlay = Plots.lines(by("plot-overlay"), { x: { label: "" }, y: { label: () => `${units().recorded} (${units().unit})`, size: 46 }, zoomed, pointed: pointed("overlay"), ends: { at: () => seen.curves?.analysed_s ?? null, reasons: () => seen.curves?.analysed ?? [], moved } });
+  plots.overlay = Plots.lines(by("plot-overlay"), { x: { label: "", unit: "s" }, y: { label: () => `${units().recorded} (${units().unit})`, size: 46 }, zoomed, pointed: pointed("overlay"), ends: { at: () => seen.curves?.analysed_s ?? null, reasons: () => seen.curves?.analysed ?? [], moved } });
   by("uncut-button").onclick = () => cutTo(null, null);
   plots.residual = Plots.lines(by("plot-residual"), {
     x: time, y: { label: () => `residual (${units().unit})`, size: 46 }, zoomed, pointed: pointed("residual"),
@@ -76,7 +77,7 @@ export function build() {
   });
   plots.phase = Plots.plane(by("plot-phase"), { x: () => `${units().coordinate} (${units().of})`, y: () => `${units().rate} (${units().rate_unit})`, unit: () => units().moment, noise });
   const law = (/** @type {CutPanel} */ id, /** @type {Label} */ label) => Plots.lines(by(`plot-${id}`), {
-    x: { label }, y: { label: () => units().moment, range: (min, max) => around(id, min, max, [...beside[id], -SCALE * noise(), SCALE * noise()]) }, marks: () => marks[id], cursor: false, band: () => 2 * noise(),
+    x: { label }, y: { label: () => units().moment, range: (min, max) => around(id, min, max, [...beside[id], -SCALE * noise(), SCALE * noise()]) }, marks: () => marks[id], band: () => 2 * noise(),
   });
   plots.damping = law("damping", () => `rate (${units().rate_unit})`);
   plots.stiffness = law("stiffness", () => `${units().word} (${units().of})`);
@@ -87,7 +88,7 @@ export function build() {
   plots.wn = amplitude("wn", "wn (rad/s)");
   plots.zeta = amplitude("zeta", "damping ratio");
   plots.spectrum = Plots.lines(by("plot-spectrum"), {
-    x: { label: "frequency (Hz)", range: (min, max) => [0, (max || 1) * 1.02] }, y: { label: "power / noise", range: (_, max) => [0, Math.max((max || 1) * 1.08, SCALE)] }, cursor: false, band: noisePower,
+    x: { label: "frequency (Hz)", range: (min, max) => [0, (max || 1) * 1.02] }, y: { label: "power / noise", range: (_, max) => [0, Math.max((max || 1) * 1.08, SCALE)] }, band: noisePower,
   });
 }
 
@@ -254,6 +255,20 @@ function draw() {
   drawTime();
   drawWhere();
   drawAmplitude();
+  describe();
+}
+
+/** Each panel in a sentence. */
+function describe() {
+  const v = seen.view, c = seen.curves, u = units(), w = v && (isDiagnosis() && v.ghost || v.where);
+  plots.overlay.describe(c ? summaries.overlay(c, u) : "");
+  plots.residual.describe(v ? summaries.residual(v, u) : "");
+  plots.phase.describe(w ? summaries.phase(w, u) : "");
+  plots.damping.describe(v ? summaries.cut(v.where.damping_law, u.rate, u.rate_unit, v.where, u) : "");
+  plots.stiffness.describe(v ? summaries.cut(v.where.stiffness_law, u.coordinate, u.of, v.where, u) : "");
+  plots.wn.describe(v ? summaries.amplitude(v.measured, 1, "Natural frequency in rad/s", u) : "");
+  plots.zeta.describe(v ? summaries.amplitude(v.measured, 3, "Damping ratio", u) : "");
+  plots.spectrum.describe(v ? summaries.spectrum(v.where) : "");
 }
 
 /** @returns {Limits | null} */
@@ -274,9 +289,9 @@ function drawTime() {
     plots.overlay.set([[]], []); plots.residual.set([[]], []); plots.residual.say(BLANK);
     return;
   }
-  const /** @type {PlotColumns} */ overlay = [c.time_s, c.measured_deg], /** @type {PlotLine[]} */ how = [{ colour: "measured", width: 1.6 }];
-  if (c.model_deg) { overlay.push(c.model_deg); how.push({ colour: "model", width: 1 }); }
-  if (c.ghost_deg) { overlay.push(c.ghost_deg); how.push({ colour: "ghost", width: 1.2, dash: [6, 4] }); }
+  const /** @type {PlotColumns} */ overlay = [c.time_s, c.measured_deg], /** @type {PlotLine[]} */ how = [{ colour: "measured", width: 1.6, name: "measured" }];
+  if (c.model_deg) { overlay.push(c.model_deg); how.push({ colour: "model", width: 1, name: "model" }); }
+  if (c.ghost_deg) { overlay.push(c.ghost_deg); how.push({ colour: "ghost", width: 1.2, dash: [6, 4], name: "on trial" }); }
   plots.overlay.set(overlay, how, limits());
   by("key-ghost").hidden = !c.ghost_deg;
   by("key-ghost").textContent = c.ghost_deg ? `with ${c.ghost_title}` : "";
@@ -284,7 +299,7 @@ function drawTime() {
   const alone = c.ghost === DIAGNOSIS;
   by("residual-caption").textContent = alone ? `measured less model with ${c.ghost_title}; band: ±2 noise` : "measured less model; band: ±2 noise";
   if (c.residual_deg && !alone) { residual.push(c.residual_deg); styles.push({ colour: "model", width: 1 }); }
-  if (c.ghost_residual_deg) { residual.push(c.ghost_residual_deg); styles.push({ colour: "ghost", width: 1 }); }
+  if (c.ghost_residual_deg) { residual.push(c.ghost_residual_deg); styles.push({ colour: "ghost", width: 1, name: "on trial" }); }
   plots.residual.set(residual, styles, limits());
   plots.residual.say(c.residual_deg ? null : fault || "fitting …");
 }

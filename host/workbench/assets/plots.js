@@ -5,19 +5,19 @@
 /**
  * How a column is drawn.
  * @typedef {{ colour?: string, width?: number, alpha?: number, dash?: number[], spanGaps?: boolean, bars?: boolean,
- *   invisible?: boolean, filledTo?: number }} PlotLine
+ *   invisible?: boolean, filledTo?: number, name?: string }} PlotLine
  * @typedef {[from: number, to: number]} Limits
  * @typedef {string | (() => string)} Label
  * @typedef {(min: number | null, max: number | null) => Limits} Ranged
  * @typedef {[x: number[], ...y: Column[]]} PlotColumns
- * @typedef {{ label: Label, range?: Ranged, size?: number }} PlotAxis
+ * @typedef {{ label: Label, unit?: string, range?: Ranged, size?: number }} PlotAxis
  * @typedef {{ x: number, y: number, u?: number | null, colour: string }} PlotMark
  * @typedef {{ x: number[], y: Column }} PlotTable
  * @typedef {{ x: PlotAxis, y: PlotAxis, zoomed?: (min: number | null, max: number | null) => void,
  *   pointed?: (x: number | null) => void, band?: () => number | null, ends?: PlotEnds, marks?: () => PlotMark[],
  *   places?: () => { x: number, text: string }[], cursor?: false }} PlotOptions
  * @typedef {{ at: () => Limits | null, reasons: () => string[], moved: (which: 0 | 1, x: number) => void }} PlotEnds
- * @typedef {{ resize: (width: number, height: number) => void, redraw: () => void }} Drawn
+ * @typedef {{ resize: (width: number, height: number) => void, redraw: () => void, fit: () => void }} Drawn
  * @typedef {[yaw_deg: number, rate_deg_s: number] | null} PlaneState
  * @typedef {ReturnType<typeof Plots.lines>} LinePlot
  * @typedef {ReturnType<typeof Plots.plane>} PlanePlot
@@ -68,8 +68,28 @@ const Plots = (() => {
     const say = (/** @type {string | null | undefined} */ text) => { note.textContent = text || ""; note.hidden = !text; };
     new ResizeObserver(() => plot.resize(host.clientWidth, host.clientHeight)).observe(host);
     all.add(plot);
-    return Object.assign(plot, { say });
+    // What it shows, for those who do not see it.
+    const describe = (/** @type {string} */ text) => { host.role = "img"; host.ariaLabel = note.hidden ? text : note.textContent || ""; };
+    const values = document.createElement("div");
+    values.className = "pointed";
+    values.hidden = true;
+    host.append(values);
+    /** What is under the pointer. @param {string} text */
+    const tell = (text) => { values.textContent = text; values.hidden = !text; };
+    return Object.assign(plot, { say, describe, tell });
   }
+  // On paper a plot is as wide as its column.
+  addEventListener("beforeprint", () => { document.body.classList.add("printing"); all.forEach((plot) => plot.fit()); });
+  addEventListener("afterprint", () => { document.body.classList.remove("printing"); all.forEach((plot) => plot.fit()); });
+
+  const shown = (/** @type {number} */ x) => String(+x.toPrecision(4)).replace("-", "−");
+  /** With two digits of its uncertainty. @param {number} x @param {number} u */
+  function uncertain(x, u) {
+    const places = Math.min(Math.max(0, 1 - Math.floor(Math.log10(u))), 12);
+    return `${x.toFixed(places)} ± ${u.toFixed(places)}`.replace("-", "−");
+  }
+  /** The unit of a label, `yaw angle (deg)`, behind its value. @param {Label} label */
+  const unit = (label) => (told(label).match(/\(([^)]*)\)$/) ?? ["", ""])[1];
 
   /** A label, which may be what a function says at the time. @param {Label} label */
   const told = (label) => (typeof label === "function" ? label() : label);
@@ -264,6 +284,7 @@ const Plots = (() => {
             options.zoomed(from, to);
           }],
           setCursor: [(u) => {
+            plot.tell(under_pointer(u));
             if (silent || !options.pointed) return;
             const { left = -1 } = u.cursor;
             options.pointed(left >= 0 ? u.posToVal(left, "x") : null);
@@ -271,8 +292,23 @@ const Plots = (() => {
         },
       }, data, host);
     }
+    /** What the lines and points have where the cursor is. @param {uPlot} u */
+    function under_pointer(u) {
+      const { left = -1, idx } = u.cursor;
+      if (left < 0 || idx === null || idx === undefined) return "";
+      const x = data[0][idx], of = unit(options.y.label);
+      const value = (/** @type {number} */ y, /** @type {number | null} */ deviation = null) => `${deviation ? uncertain(y, deviation) : shown(y)}${of && ` ${of}`}`;
+      const at = (options.marks ? options.marks() : []).filter((m) => m.x === x);
+      const points = at.map((m) => value(m.y, m.u));
+      const curves = series.flatMap((s, k) => {
+        const y = data[k + 1]?.[idx];
+        return s.invisible || s.filledTo !== undefined || y === null || y === undefined ? [] : [`${s.name ? `${s.name} ` : ""}${value(y)}`];
+      });
+      if (!points.length && !curves.length) return "";
+      return [`${shown(x)} ${options.x.unit || unit(options.x.label) || told(options.x.label)}`, ...points, ...curves].join(" · ");
+    }
     let shape = "";
-    return filled(host, {
+    const plot = filled(host, {
       /** columns: [xs, ys, ...]; how: [{colour, width, dash, bars, ...}] for each column of ys; span: x limits or null.
        * @param {PlotColumns} columns @param {PlotLine[]} how @param {Limits | null} [span] */
       set(columns, how, span) {
@@ -295,7 +331,9 @@ const Plots = (() => {
         if (!chart) build(); else if (width > 40 && height > 40) chart.setSize({ width, height });
       },
       redraw() { if (chart) chart.redraw(true, true); },
+      fit() { plot.resize(host.clientWidth, host.clientHeight); },
     });
+    return plot;
   }
 
   /** The plane of yaw angle and yaw rate, a colour for each cell's moment.
@@ -316,6 +354,7 @@ const Plots = (() => {
       const g = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
       g.scale(ratio, ratio);
       g.clearRect(0, 0, width, height);
+      under = () => "";
       if (!cells.length) return;
       const xs = [...new Set(cells.map((c) => c[0]))].sort((a, b) => a - b), ys = [...new Set(cells.map((c) => c[1]))].sort((a, b) => a - b);
       const gap = (/** @type {number[]} */ v) => v.slice(1).reduce((m, x, k) => Math.min(m, x - v[k]), Infinity);
@@ -332,6 +371,10 @@ const Plots = (() => {
         g.fillStyle = colour(share > 0 ? "plus" : "minus");
         g.fillRect(px(x - dx / 2), py(y + dy / 2), px(x + dx / 2) - px(x - dx / 2) + 0.4, py(y - dy / 2) - py(y + dy / 2) + 0.4);
       }
+      under = (left, top) => {
+        const cell = cells.find(([x, y]) => Math.abs(px(x) - left) <= (px(dx) - px(0)) / 2 && Math.abs(py(y) - top) <= (py(0) - py(dy)) / 2);
+        return cell ? `${shown(cell[0])} ${unit(options.x)}, ${shown(cell[1])} ${unit(options.y)}: ${shown(cell[2])} ${told(options.unit)}` : "";
+      };
       g.globalAlpha = 1;
       g.strokeStyle = colour("line");
       g.strokeRect(box.left + 0.5, box.top + 0.5, box.width, box.height);
@@ -374,13 +417,17 @@ const Plots = (() => {
         g.strokeStyle = colour("card"); g.stroke();
       }
     }
-    return filled(host, {
+    let /** @type {((x: number, y: number) => string)} */ under = () => "";
+    host.addEventListener("mousemove", (event) => { const box = host.getBoundingClientRect(); plot.tell(under(event.clientX - box.left, event.clientY - box.top)); });
+    host.addEventListener("mouseleave", () => plot.tell(""));
+    const plot = filled(host, {
       set(/** @type {PhaseCell[]} */ now) { cells = now; draw(); },
       /** A state, or null. @param {PlaneState} at */
       point(at) { if (at !== state) { state = at; draw(); } },
-      resize: draw, redraw: draw,
+      resize: draw, redraw: draw, fit: draw,
     });
+    return plot;
   }
 
-  return { lines, plane, joined, colour, tick };
+  return { lines, plane, joined, colour, tick, uncertain };
 })();

@@ -201,3 +201,33 @@ fn the_head_says_of_what_it_speaks() {
     browser.wait(IS_STRUCTURED);
     assert_eq!(browser.value("document.querySelector('#verdict-all').hidden"), false);
 }
+
+/// Panels that are said to those who do not see them, and those whose picture is wider than their place.
+const UNSAID: &str = "[...document.querySelectorAll('#panels .plot')].filter(p => p.role !== 'img' || !p.ariaLabel).map(p => p.id)";
+const TOO_WIDE: &str = "[...document.querySelectorAll('.panel')].filter(p => p.offsetParent).filter(p => p.getBoundingClientRect().right > document.body.getBoundingClientRect().right + 1 \
+    || [...p.querySelectorAll('canvas')].some(c => c.getBoundingClientRect().right > p.getBoundingClientRect().right + 1)).map(p => p.id)";
+
+#[test]
+#[ignore = "needs Chromium: tests/run runs it"]
+fn panels_tell_what_they_show_and_are_printed_whole() {
+    let bench = Bench::start(&[RUBBING], "rubbing.csv");
+    let mut browser = Browser::start(WINDOW);
+    browser.open(&bench.url);
+    browser.wait(IS_STRUCTURED);
+    browser.wait(&format!("{UNSAID}.length === 0"));
+    let said = browser.value("document.querySelector('#plot-residual').ariaLabel");
+    assert!(said.as_str().expect("words").contains("times the noise, not white"), "{said}");
+    // Values under the pointer.
+    browser.hover(600.0, 180.0);
+    browser.wait("document.querySelector('#plot-overlay .pointed:not([hidden])')?.textContent.match(/ s · measured .* deg · model .* deg$/)");
+    browser.picture(&pictures().join("pointed.png"));
+    // As on paper: higher than a window, nothing beside the column.
+    browser.value("dispatchEvent(new Event('beforeprint'))");
+    browser.wait(&format!(
+        "document.documentElement.scrollHeight > innerHeight && {TOO_WIDE}.length === 0"
+    ));
+    browser.picture(&pictures().join("printed.png"));
+    browser.value("dispatchEvent(new Event('afterprint'))");
+    browser.wait("document.documentElement.scrollHeight <= innerHeight");
+    browser.is_clean(&bench.origin);
+}
