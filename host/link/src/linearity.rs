@@ -52,7 +52,7 @@ pub fn codes(counts: f64, settings: &Settings) -> f64 {
 /// show no error beyond noise.
 ///
 /// # Errors
-/// Exit 2 for too few; exit 3 for records of another scale, or that determine no table.
+/// Exit 2 for too few, or one given twice; exit 3 for records of another scale, or that determine no table.
 pub fn make(records: &[Record], settings: &Settings) -> Result<Option<Made>> {
     if records.len() < FEWEST_RELEASES {
         return Err(Error::usage(format!(
@@ -61,6 +61,7 @@ pub fn make(records: &[Record], settings: &Settings) -> Result<Option<Made>> {
         ))
         .help(format!("give {FEWEST_RELEASES} or more, eight if there are")));
     }
+    check_each_once(records)?;
     for record in records {
         check_scale(record, settings)?;
     }
@@ -176,6 +177,23 @@ fn check_scale(record: &Record, settings: &Settings) -> Result<()> {
         "give records that `yawrig monitor` made of this device, with the {} they were made with",
         settings::name("travel_deg")
     )))
+}
+
+/// A release given twice, under one name or two, would count for two that agree.
+fn check_each_once(records: &[Record]) -> Result<()> {
+    for (k, record) in records.iter().enumerate() {
+        let same =
+            |other: &&Record| other.time_s == record.time_s && other.yaw_deg == record.yaw_deg;
+        let Some(first) = records[..k].iter().find(same) else { continue };
+        let names = [first, record].map(|record| record.file.display().to_string());
+        let [first, second] = &names;
+        return Err(Error::usage(match first == second {
+            true => format!("{first} is given twice"),
+            false => format!("{first} and {second} are the same release"),
+        })
+        .help("give each release once"));
+    }
+    Ok(())
 }
 
 /// Writes a table to a device, where it corrects what comes and is kept.

@@ -39,6 +39,10 @@ fn a_device_learns_its_converter_keeps_it_and_forgets_it_when_told() {
     let none = on_it("device --json").exits(0).json();
     assert!(none["linearity"].is_null() && none["linearity_absent"].is_null(), "{none}");
     on_it("device linearity release-0.csv release-1.csv").exits(2).says("too few").helps();
+    let twice = format!("device linearity {records} ./release-2.csv");
+    on_it(&twice).exits(2).says("release-2.csv and ./release-2.csv are the same release").helps();
+    let twice = format!("device linearity {records} release-2.csv");
+    on_it(&twice).exits(2).says("release-2.csv is given twice").helps();
     // Its default is another potentiometer.
     on_it(&format!("device linearity {records}")).exits(3).says("deg a count").helps();
     board.tell(&Request::Configure(settings()));
