@@ -149,7 +149,7 @@ impl Answer {
             Drawn::Diagnosed(records, found) if records.len() == 1 => {
                 charts::of(&of_diagnosed(&records[0], found))
             }
-            Drawn::Derivatives(table) => vec![charts::derivatives(&of_table(table))],
+            Drawn::Derivatives(table) => charts::of(&of_table(table)),
             Drawn::Identified(..) | Drawn::Diagnosed(..) | Drawn::Fitted(_) => {
                 let of = |(_, decay, model): OfOne| {
                     drawn_of(decay, &[(with_effects(model).as_str(), model)])

@@ -7,6 +7,7 @@ use crate::drawn;
 use crate::plot::{svg, svg_in_columns, Axis, Curve, Plot};
 use yawrig_base::error::Result;
 use yawrig_core::derivatives::at::At;
+use yawrig_core::derivatives::critical::CriticalSpeed;
 use yawrig_core::diagnosis::amplitude::{AmplitudePicture, AmplitudePoint};
 use yawrig_core::quantity::Quantity;
 
@@ -52,8 +53,8 @@ fn attribute<'a>(tag: &'a str, name: &str) -> &'a str {
 }
 
 /// Every name of a [`Chart`].
-pub const NAMES: [&str; 6] =
-    ["staircase", "derivatives", "residual", "amplitude", "laws", "training"];
+pub const NAMES: [&str; 7] =
+    ["staircase", "derivatives", "critical_speed", "residual", "amplitude", "laws", "training"];
 
 /// All of a report, those of the releases apart.
 pub fn of(report: &Report) -> Vec<Chart> {
@@ -62,6 +63,7 @@ pub fn of(report: &Report) -> Vec<Chart> {
     if !report.points.is_empty() {
         all.push(derivatives(report));
     }
+    all.extend(critical_speed(&report.critical_speed));
     if let [release] = report.releases.as_slice() {
         all.extend(release.trace.as_ref().map(residual));
         all.extend(release.amplitude.as_ref().map(|picture| amplitude(picture, release.truth)));
@@ -181,6 +183,48 @@ pub fn derivatives(report: &Report) -> Chart {
             .to_owned(),
         plots: all.into_iter().enumerate().flat_map(|at| [plot(at), miss(at)]).flatten().collect(),
     }
+}
+
+/// Zeta of small amplitudes against wind speed with its band, and where it falls through zero.
+pub fn critical_speed(all: &[CriticalSpeed]) -> Option<Chart> {
+    let plot = |critical: &CriticalSpeed| {
+        let line = |k: f64| -> Vec<(f64, f64)> {
+            let at = |q: Quantity| q.value + k * q.u;
+            critical.damping.iter().map(|d| (d.wind_speed_m_s, at(d.damping_ratio))).collect()
+        };
+        let speed = critical.wind_speed_m_s;
+        // As far as to where it falls through zero, as the law has it.
+        let mut law = line(0.0);
+        law.push((speed.value, 0.0));
+        law.sort_by(|a, b| a.0.total_cmp(&b.0));
+        // The band's two edges are one curve, broken by what is no number; so are the speed's.
+        let broken = vec![(f64::NAN, f64::NAN)];
+        let band = [line(-2.0), broken.clone(), line(2.0)].concat();
+        let ends = band.iter().map(|p| p.1).filter(|y| y.is_finite());
+        let (low, high) = ends.fold((0.0_f64, 0.0_f64), |(l, h), y| (l.min(y), h.max(y)));
+        let upright = |k: f64| [low, high].map(|y| (speed.value + k * speed.u, y)).to_vec();
+        let uprights = [upright(-2.0), broken.clone(), upright(0.0), broken, upright(2.0)].concat();
+        let speeds = law.iter().chain(&uprights).map(|p| p.0);
+        let CriticalSpeed { spring, axis, at, .. } = critical;
+        let setting = if at.is_empty() { String::new() } else { format!(", {at}") };
+        Plot {
+            title: format!("Damping ratio at rest: spring {spring}, axis {axis}{setting}"),
+            x: Axis::linear("wind speed V (m/s)").over(speeds),
+            y: Axis::linear("zeta at rest"),
+            curves: vec![
+                Curve::line("at the speeds measured, by the law", law.clone()),
+                Curve::dashed("its k = 2", band),
+                Curve::dashed(format!("critical speed {speed} m/s, k = 2"), uprights),
+            ],
+        }
+    };
+    (!all.is_empty()).then(|| Chart {
+        name: "critical_speed",
+        caption: "Damping ratio of small amplitudes against wind speed, and the speed from which on the model swings \
+                  by itself; bands of two standard uncertainties (k = 2)."
+            .to_owned(),
+        plots: all.iter().map(plot).collect(),
+    })
 }
 
 /// Values of a curve in [`residual`].

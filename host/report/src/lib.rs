@@ -7,6 +7,7 @@ mod beside;
 pub mod channels;
 pub mod charts;
 mod conditions;
+mod critical;
 mod criticism;
 pub mod data;
 pub mod drawn;
@@ -40,6 +41,7 @@ use std::time::SystemTime;
 use trace::Trace;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::derivatives::at::At;
+use yawrig_core::derivatives::critical::CriticalSpeed;
 use yawrig_core::derivatives::plausible::Doubt;
 use yawrig_core::derivatives::table::{PointBudget, SpringRow};
 use yawrig_core::diagnosis::amplitude::AmplitudePicture;
@@ -92,6 +94,9 @@ pub struct Report {
     pub beside: Option<Beside>,
     /// The same points before effects were added, where there are any.
     pub points_before: Vec<PointReport>,
+    /// Where the model swings by itself.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub critical_speed: Vec<CriticalSpeed>,
     pub criticism: Option<Criticism>,
     pub journal: Vec<JournalRow>,
     pub releases: Vec<ReleaseReport>,
@@ -392,6 +397,7 @@ impl Report {
             inertia_kg_m2: Vec::new(),
             points: Vec::new(),
             points_before: Vec::new(),
+            critical_speed: Vec::new(),
             beside: None,
             criticism: None,
             journal: Vec::new(),

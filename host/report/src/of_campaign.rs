@@ -74,6 +74,7 @@ pub fn of_campaign(path: &Path, also: &Also, made: Made) -> Result<Report> {
     report.doubts = table.doubts.clone();
     report.assumed_zero = table.assumed_zero.clone();
     report.springs = table.springs.clone();
+    report.critical_speed = table.critical_speed.clone().unwrap_or_default();
     report.notes.extend(table.notes.iter().cloned());
     report.criticism = Some(criticism(&diagnosed));
     for index in 0..count {
@@ -88,7 +89,8 @@ pub fn of_campaign(path: &Path, also: &Also, made: Made) -> Result<Report> {
 pub fn of_table(table: &Table) -> Report {
     let points = table.points.iter().map(PointReport::from).collect();
     let made = Made::now(String::new());
-    Report { points, ..Report::new(Kind::Campaign, table.model.clone(), made) }
+    let critical_speed = table.critical_speed.clone().unwrap_or_default();
+    Report { points, critical_speed, ..Report::new(Kind::Campaign, table.model.clone(), made) }
 }
 
 fn criticism(diagnosed: &Diagnosed) -> Criticism {

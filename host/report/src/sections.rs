@@ -7,6 +7,7 @@ mod releases;
 
 use super::beside;
 use super::charts::{self};
+use super::critical;
 use super::escape::escaped;
 use super::table::table;
 use super::trust::{budget, doubts, springs};
@@ -92,6 +93,10 @@ fn derivatives(report: &Report) -> Result<String> {
          rate of sideslip are one motion, and no free-oscillation rig tells them apart.</p>\n",
     );
     out.push_str(&figure(&charts::derivatives(report))?);
+    out.push_str(&critical::text(report));
+    if let Some(chart) = charts::critical_speed(&report.critical_speed) {
+        out.push_str(&figure(&chart)?);
+    }
     out.push_str(&beside::section(report));
     out.push_str(&springs(report));
     out.push_str(&budget(&report.points));

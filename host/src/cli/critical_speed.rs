@@ -9,30 +9,15 @@ pub fn lines(all: &[CriticalSpeed]) -> Vec<String> {
 }
 
 fn of(critical: &CriticalSpeed) -> Vec<String> {
-    let CriticalSpeed { spring, axis, at, wind_speed_m_s, .. } = critical;
-    let setting = if at.is_empty() { String::new() } else { format!(", {at}") };
-    let mut lines = vec![String::new()];
-    lines.push(format!(
-        "Swings by itself from {wind_speed_m_s} m/s on (spring {spring}, axis {axis}{setting})."
-    ));
-    let terms = critical.terms.join(", ");
-    let law = format!("The decay rate zeta wn is fitted by {terms}; V: wind speed, A: amplitude. Zeta at rest is that of small amplitudes.");
-    lines.extend(wrapped(&law, 80, "  "));
+    let mut lines = vec![String::new(), critical.sentence()];
+    lines.extend(wrapped(&critical.law(), 80, "  "));
     let mut rows = bare(&["V m/s", "zeta at rest", "limit cycle deg"]);
-    for at in &critical.damping {
-        let cycle = critical.limit_cycle.iter().find(|l| l.wind_speed_m_s == at.wind_speed_m_s);
+    for (speed, zeta, cycle) in critical.rows() {
         rows.add_row([
-            short(at.wind_speed_m_s),
-            at.damping_ratio.to_string(),
-            cycle.map_or("-".to_owned(), |l| l.amplitude_deg.to_string()),
+            short(speed),
+            zeta.map_or("not measured".to_owned(), |zeta| zeta.to_string()),
+            cycle.map_or("-".to_owned(), |amplitude| amplitude.to_string()),
         ]);
-    }
-    let foretold = critical.limit_cycle.iter().filter(|l| {
-        critical.damping.iter().all(|measured| measured.wind_speed_m_s != l.wind_speed_m_s)
-    });
-    for l in foretold {
-        let speed = short(l.wind_speed_m_s);
-        rows.add_row([speed, "not measured".to_owned(), l.amplitude_deg.to_string()]);
     }
     lines.push(rows.trim_fmt());
     lines.extend(critical.narrowed_by.map(|by| {
@@ -75,7 +60,7 @@ mod tests {
             at: At::default(),
             wind_speed_m_s: Quantity::new(11.31, 0.21),
             damping: vec![damping(0.0, 0.0211), damping(12.0, -0.0011)],
-            terms: vec!["1", "V", "A^2"],
+            terms: ["1", "V", "A^2"].map(str::to_owned).to_vec(),
             limit_cycle: vec![cycle(12.0, 5.2), cycle(13.0, 8.1)],
             narrowed_by: Some(NarrowedBy { wind_speed_m_s: 10.0, u_m_s: 0.123 }),
         };

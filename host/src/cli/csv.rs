@@ -6,11 +6,12 @@ use std::fmt::Write as _;
 use yawrig_base::error::Result;
 use yawrig_campaign::doubted;
 use yawrig_core::derivatives::at::At;
-use yawrig_core::derivatives::table::Point;
+use yawrig_core::derivatives::table::{Point, Table};
 use yawrig_core::diagnosis::diagnose::Diagnosis;
 use yawrig_core::identify::Identification;
 use yawrig_core::quantity::Quantity;
 use yawrig_model::journal::JournalStep;
+use yawrig_shared::axis::Axis;
 
 /// A row, its cells quoted where they have to be.
 fn row(cells: impl IntoIterator<Item = String>) -> String {
@@ -80,7 +81,8 @@ pub fn identified(found: &Identification) -> String {
 pub fn derivatives(tables: &[Reported]) -> Result<()> {
     let mut out = "method,spring,wind_speed_m_s,reduced_frequency,cn_beta_per_rad,cn_beta_u_per_rad,cn_r_per_rad,\
         cn_r_u_per_rad,cy_beta_per_rad,cy_beta_u_per_rad,cy_r_per_rad,cy_r_u_per_rad,validation_mse_deg2,\
-        flags,doubts,assumed_zero,notes"
+        critical_speed_m_s,critical_speed_u_m_s,damping_ratio_at_rest,damping_ratio_at_rest_u,limit_cycle_deg,\
+        limit_cycle_u_deg,flags,doubts,assumed_zero,notes"
         .to_owned();
     let names = At::names(tables.iter().flat_map(|of| &of.table.points).map(|point| &point.at));
     out += &names.iter().map(|name| format!(",{name}")).collect::<String>();
@@ -113,15 +115,17 @@ pub fn derivatives(tables: &[Reported]) -> Result<()> {
                 let of = |flag| format!("{}:{}", release.file, name(flag));
                 release.identified.flags.iter().map(of)
             });
+            let quantities = quantities.into_iter().flatten();
+            let numbers = quantities.chain([number(table.validation_mse_deg2(point))]);
+            let critical = critical(table, point).map(quantity).into_iter().flatten();
             let last = [
-                number(table.validation_mse_deg2(point)),
                 flags.collect::<Vec<_>>().join(" "),
                 table.doubts.iter().map(doubted::line).collect::<Vec<_>>().join("; "),
                 table.assumed_zero.join(" "),
                 table.notes.join("; "),
             ];
             let at = names.iter().map(|name| point.at.shown(name));
-            let cells = first.into_iter().chain(quantities.into_iter().flatten()).chain(last);
+            let cells = first.into_iter().chain(numbers).chain(critical).chain(last);
             let fitted = transfers.as_ref().map(|all| all.cells(point));
             let fitted = fitted.into_iter().flat_map(|found| match found {
                 Some((at, lags, numbers)) => {
@@ -134,6 +138,17 @@ pub fn derivatives(tables: &[Reported]) -> Result<()> {
         }
     }
     print(&out)
+}
+
+/// About the middle axis, as the point: the speed from which on it swings by itself, the damping ratio at rest at
+/// the point's own speed and the amplitude that it goes to there.
+fn critical(table: &Table, point: &Point) -> [Option<Quantity>; 3] {
+    let mut all = table.critical_speed.iter().flatten();
+    let its = all.find(|c| (&c.spring, c.axis, &c.at) == (&point.spring, Axis::Mid, &point.at));
+    let Some(its) = its else { return [None; 3] };
+    let row = its.rows().into_iter().find(|row| row.0 == point.wind_speed_m_s);
+    let (zeta, cycle) = row.map_or((None, None), |(_, zeta, cycle)| (zeta, cycle));
+    [Some(its.wind_speed_m_s), zeta, cycle]
 }
 
 /// A row for each model that was gone through, the last being the answer.

@@ -2,6 +2,7 @@
 
 use clap::ValueEnum;
 use yawrig_core::derivatives::at::At;
+use yawrig_core::derivatives::critical::CriticalSpeed;
 use yawrig_core::derivatives::table::{Point, Table};
 use yawrig_core::quantity::Quantity;
 
@@ -41,6 +42,7 @@ impl Typeset {
                 "Uncertainties assumed zero, so that each u is a lower bound: {zero}."
             ));
         }
+        below.extend(table.critical_speed.iter().flatten().map(CriticalSpeed::with_cycles));
         let open = table.doubts.iter().filter(|doubt| !doubt.accepted);
         below.extend(open.map(|doubt| format!("Doubt: {}.", doubt.message)));
         match self {
@@ -88,6 +90,7 @@ fn latex_text(text: &str) -> String {
             '\\' => out.push_str("\\textbackslash{}"),
             '~' => out.push_str("\\textasciitilde{}"),
             '^' => out.push_str("\\textasciicircum{}"),
+            '±' => out.push_str("$\\pm$"),
             '<' | '>' | '|' => out.push_str(&format!("${c}$")),
             '&' | '%' | '$' | '#' | '_' | '{' | '}' => out.extend(['\\', c]),
             c => out.push(c),

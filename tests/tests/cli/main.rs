@@ -4,6 +4,7 @@ mod away;
 mod bic;
 mod campaign;
 mod condition;
+mod critical_speed;
 mod demo;
 mod devices;
 mod diagnose;

@@ -9,7 +9,7 @@ use super::at::At;
 use super::condition::{damping_rad_s, Condition, Identified};
 use super::decay_rate::{DecayRate, Sample};
 use crate::quantity::Quantity;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use yawrig_shared::axis::Axis;
 
 /// Of the largest speed and amplitude measured: what is further out is no result but an extrapolation.
@@ -26,14 +26,14 @@ const ABOVE: f64 = 1.3;
 const SAMPLES: usize = 12;
 
 /// The speed from which on one spring and axis swing by themselves.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CriticalSpeed {
     /// Name of the springs.
     pub spring: String,
     /// The axis that the model turns about.
     pub axis: Axis,
     /// What else it was made under.
-    #[serde(skip_serializing_if = "At::is_empty")]
+    #[serde(default, skip_serializing_if = "At::is_empty")]
     pub at: At,
     /// Where the damping of small amplitudes falls through zero.
     pub wind_speed_m_s: Quantity,
@@ -41,15 +41,60 @@ pub struct CriticalSpeed {
     pub damping: Vec<DampingAtRest>,
     /// What the decay rate zeta wn is a sum of: `1`, `V`, `V^2`, and by what it goes with the amplitude A:
     /// `A`, `V A`, `A^2`, `V A^2`.
-    pub terms: Vec<&'static str>,
+    pub terms: Vec<String>,
     /// How far the model swings by itself; empty where no damping is seen that grows with amplitude.
     pub limit_cycle: Vec<LimitCycle>,
     /// The further release, on one of a few speeds, after which the critical speed would be known best.
     pub narrowed_by: Option<NarrowedBy>,
 }
 
+impl CriticalSpeed {
+    /// Where it swings by itself, in a sentence.
+    pub fn sentence(&self) -> String {
+        let Self { spring, axis, at, wind_speed_m_s, .. } = self;
+        let setting = if at.is_empty() { String::new() } else { format!(", {at}") };
+        format!(
+            "Swings by itself from {wind_speed_m_s} m/s on (spring {spring}, axis {axis}{setting})."
+        )
+    }
+
+    /// The same, with the amplitudes that it goes to.
+    pub fn with_cycles(&self) -> String {
+        let cycle = |l: &LimitCycle| {
+            let speed = (1e4 * l.wind_speed_m_s).round() / 1e4;
+            format!(" At {speed} m/s it goes to {} deg.", l.amplitude_deg)
+        };
+        let cycles: String = self.limit_cycle.iter().map(cycle).collect();
+        format!("{} {}{cycles}", self.sentence(), self.law())
+    }
+
+    /// The law behind it.
+    pub fn law(&self) -> String {
+        format!(
+            "The decay rate zeta wn is fitted by {}; V: wind speed, A: amplitude. Zeta at rest is that of small amplitudes.",
+            self.terms.join(", ")
+        )
+    }
+
+    /// Each speed that something is known of: the damping ratio at rest where it was measured, and the
+    /// amplitude of the oscillation that stays. Measured speeds first.
+    pub fn rows(&self) -> Vec<(f64, Option<Quantity>, Option<Quantity>)> {
+        let cycle = |speed: f64| {
+            let its = self.limit_cycle.iter().find(|cycle| cycle.wind_speed_m_s == speed);
+            its.map(|cycle| cycle.amplitude_deg)
+        };
+        let measured = self.damping.iter().map(|d| d.wind_speed_m_s);
+        let foretold = self.limit_cycle.iter().map(|l| l.wind_speed_m_s);
+        let foretold = foretold.filter(|speed| measured.clone().all(|m| m != *speed));
+        let rest = self.damping.iter().map(|d| (d.wind_speed_m_s, Some(d.damping_ratio)));
+        rest.chain(foretold.map(|speed| (speed, None)))
+            .map(|(speed, zeta)| (speed, zeta, cycle(speed)))
+            .collect()
+    }
+}
+
 /// Damping ratio of small amplitudes at a wind speed.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DampingAtRest {
     /// 0: wind off.
     pub wind_speed_m_s: f64,
@@ -58,7 +103,7 @@ pub struct DampingAtRest {
 }
 
 /// The oscillation that neither grows nor decays at a wind speed.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LimitCycle {
     /// Above the critical one.
     pub wind_speed_m_s: f64,
@@ -67,7 +112,7 @@ pub struct LimitCycle {
 }
 
 /// A release, as good as that at the highest speed, and what it would do.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NarrowedBy {
     /// Where it is to be made.
     pub wind_speed_m_s: f64,
@@ -150,7 +195,7 @@ fn critical_speed(conditions: &[&Condition], identified: &[Identified]) -> Optio
         at: setting.at.clone(),
         wind_speed_m_s: critical,
         damping: conditions.iter().map(at_rest).collect(),
-        terms: law.form.terms(),
+        terms: law.form.terms().into_iter().map(str::to_owned).collect(),
         limit_cycle: limit_cycle.collect(),
         narrowed_by: further
             .min_by(|a, b| a.u_m_s.total_cmp(&b.u_m_s))
