@@ -6,6 +6,7 @@ pub mod adding;
 pub mod appraisal;
 pub mod comparison;
 mod data;
+pub mod derived;
 pub mod document;
 pub mod edits;
 pub mod effects;

@@ -92,7 +92,7 @@ pub fn derivatives(tables: &[Reported]) -> Result<()> {
             transfer_lags,transfer_parameters";
     }
     out.push('\n');
-    for Reported { table, transfers } in tables {
+    for Reported { table, transfers, .. } in tables {
         for point in &table.points {
             let Point {
                 spring,

@@ -9,6 +9,7 @@ use super::typeset::Typeset;
 use crate::answer::{Answer, Drawn, Progress};
 use clap::Args;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use yawrig_base::error::{Error, Result};
@@ -18,10 +19,12 @@ use yawrig_campaign::CampaignFile;
 use yawrig_core::derivatives::at::At;
 use yawrig_core::derivatives::condition::Identified;
 use yawrig_core::derivatives::table::{ByAxis, InertiaLine, InertiaOrigin, Point, Table};
+use yawrig_core::diagnosis::wind::Dimensionless;
 use yawrig_core::identify::flag::Flag;
 use yawrig_core::identify::{identify, Method};
 use yawrig_core::quantity::Quantity;
 use yawrig_core::record::Record;
+use yawrig_model::derived::{self, OfModel};
 use yawrig_text::quoted;
 
 /// Aerodynamic derivatives of a campaign, with uncertainties, budget and validation.
@@ -37,6 +40,9 @@ pub struct Derivatives {
     /// them
     #[arg(long, value_delimiter = ',', value_enum, default_value = "least-squares")]
     pub method: Vec<MethodChoice>,
+    /// By a model that was fitted to the campaign, whose effects are then no part of the derivatives
+    #[arg(long, value_name = "MODEL", conflicts_with = "method")]
+    pub model: Option<PathBuf>,
     #[command(flatten)]
     pub analysis: AnalysisArgs,
     #[command(flatten)]
@@ -74,8 +80,9 @@ impl Derivatives {
         }
         if !self.json {
             let mut all = Vec::new();
-            for (k, Reported { table, transfers }) in tables.iter().enumerate() {
+            for (k, Reported { table, transfers, dimensionless }) in tables.iter().enumerate() {
                 all.push(text(table));
+                all.extend(of_effects(dimensionless));
                 let written = if k == 0 { &written[..] } else { &[] };
                 all.extend(transfers.as_ref().map(|t| t.text(&file, table, written)));
             }
@@ -102,6 +109,10 @@ impl Derivatives {
     }
 
     fn tables(&self, file: &CampaignFile, progress: &Progress) -> Result<Vec<Reported>> {
+        if let Some(model) = &self.model {
+            let OfModel { table, dimensionless } = derived::of_model(file, model)?;
+            return Ok(vec![Reported { dimensionless, ..self.reported(file, table)? }]);
+        }
         let settings = self.analysis.settings()?;
         let methods: Vec<Method> =
             self.method.iter().flat_map(|choice| choice.methods()).copied().collect();
@@ -116,11 +127,15 @@ impl Derivatives {
                     Error::internal(format!("{}: no estimate", record.file.display()))
                 })
             })?;
-            let transfers =
-                self.transfer.transfer.then(|| Transfers::of(file, &table)).transpose()?;
-            tables.push(Reported { table, transfers });
+            tables.push(self.reported(file, table)?);
         }
         Ok(tables)
+    }
+
+    fn reported(&self, file: &CampaignFile, table: Table) -> Result<Reported> {
+        let transfer = self.transfer.transfer;
+        let transfers = transfer.then(|| Transfers::of(file, &table)).transpose()?;
+        Ok(Reported { table, transfers, dimensionless: BTreeMap::new() })
     }
 
     /// The answer that `--json` prints.
@@ -136,6 +151,15 @@ impl Derivatives {
         let drawn = Drawn::Derivatives(Box::new(table.clone()));
         Ok(Answer::new(&Tables { first, others }, sentence)?.drawn_from(drawn))
     }
+}
+
+/// What a model's effects are as derivatives.
+fn of_effects(dimensionless: &BTreeMap<String, Dimensionless>) -> Option<String> {
+    let line =
+        |(effect, d): (&String, &Dimensionless)| format!("{} {} ({effect})", d.name, d.quantity);
+    let lines: Vec<String> = dimensionless.iter().map(line).collect();
+    let head = "Effects of the air as dimensionless derivatives, about the middle axis:";
+    (!lines.is_empty()).then(|| format!("{head}\n  {}", lines.join("\n  ")))
 }
 
 /// The method's name as it is in files.

@@ -3,6 +3,7 @@
 use super::common::{bare, wrapped};
 use clap::Args;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
@@ -13,6 +14,7 @@ use yawrig_core::derivatives::condition::Identified;
 use yawrig_core::derivatives::table::{Point, Table};
 use yawrig_core::derivatives::transfer::{AtPoint, Refused, Transfer};
 use yawrig_core::derivatives::Computed;
+use yawrig_core::diagnosis::wind::Dimensionless;
 use yawrig_core::quantity::Quantity;
 use yawrig_text::quoted;
 
@@ -40,6 +42,9 @@ pub struct Reported {
     pub table: Table,
     #[serde(flatten)]
     pub transfers: Option<Transfers>,
+    /// By a model's effect that the air makes.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub dimensionless: BTreeMap<String, Dimensionless>,
 }
 
 /// The transfer functions of a table: of its first setting that has one, and of the others.

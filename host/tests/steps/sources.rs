@@ -109,6 +109,21 @@ fn the_printed_commands_make_the_model_of_a_campaign_in_the_wind() {
             assert!((a - b).abs() < u, "{name} {number}: {a} {b} {u}");
         }
     }
+    let by_model = ["derivatives", "campaign.toml", "--model", "model.toml", "--json"];
+    let by_model = json(folder, &by_model);
+    let cn = &by_model["dimensionless"]["cubic_stiffness"];
+    assert_eq!(cn["name"], "Cn_beta3");
+    assert!(within(cn, CN_BETA3, 2.0));
+    let points = by_model["points"].as_array().unwrap();
+    let after = found["derivatives"]["after"].as_array().unwrap();
+    assert_eq!(points.len(), after.len());
+    for (point, after) in points.iter().zip(after) {
+        for number in ["cn_beta", "cn_r"] {
+            let [a, b] = [point, after].map(|of| of[number]["value"].as_f64().unwrap());
+            let u = after[number]["u"].as_f64().unwrap();
+            assert!((a - b).abs() < u, "{number}: {a} {b} {u}");
+        }
+    }
     // As it stands in the file, against one release, and as a program.
     let text = std::fs::read_to_string(folder.join("model.toml")).unwrap();
     assert!(text.contains("source = \"aerodynamic\"") && text.contains("source = \"mechanical\""));

@@ -74,17 +74,32 @@ impl Dimensionless {
         made: &Campaign,
         inertia_kg_m2: &ByAxis<Quantity>,
     ) -> Option<Self> {
+        let power = effect.wind_power(&[]).filter(|power| power.is_finite())?;
+        let mid = seen.iter().filter(|s| s.is_on() && s.condition.axis == Axis::Mid);
+        let mean = weighted_mean(mid.map(|s| s.reduced(power)))?;
+        Self::at(effect, (mean, 1.0), made, inertia_kg_m2)
+    }
+
+    /// Of the effect's coefficient at the middle axis at a wind speed, m/s; its u that of the coefficient and of
+    /// the inertia. `None` where it is no derivative with a name, or no inertia is known.
+    pub fn at(
+        effect: &Effect,
+        (coefficient, wind_speed_m_s): (Quantity, f64),
+        made: &Campaign,
+        inertia_kg_m2: &ByAxis<Quantity>,
+    ) -> Option<Self> {
         let (name, sign) = effect.derivative()?;
         let power = effect.wind_power(&[]).filter(|power| power.is_finite())?;
         let (inertia, model) = (inertia_kg_m2.mid?, &made.model);
-        let mid = seen.iter().filter(|s| s.is_on() && s.condition.axis == Axis::Mid);
-        let mean = weighted_mean(mid.map(|s| s.reduced(power)))?;
         // 1/2 rho V^2 A l Cn, of which each rate takes an l/V.
-        let per_izz =
-            0.5 * made.air.density_kg_m3 * model.frontal_area_m2 * model.length_m.powf(3.0 - power)
-                / inertia.value;
-        let value = sign * mean.value / per_izz;
-        let u = (mean.u / per_izz).hypot(value * inertia.u / inertia.value);
+        let per_izz = 0.5
+            * made.air.density_kg_m3
+            * wind_speed_m_s.powf(power)
+            * model.frontal_area_m2
+            * model.length_m.powf(3.0 - power)
+            / inertia.value;
+        let value = sign * coefficient.value / per_izz;
+        let u = (coefficient.u / per_izz).hypot(value * inertia.u / inertia.value);
         Some(Self { name, quantity: Quantity::new(value, u) })
     }
 }
