@@ -233,7 +233,14 @@ fn every_effect_shows_and_every_parameter_counts() {
 #[test]
 fn a_mirrored_release_is_the_mirrored_record() {
     let one_sided = |id: &str| {
-        let sided = ["quadratic_stiffness", "static_offset", "one_sided_stop"];
+        let sided = [
+            "quadratic_stiffness",
+            "static_offset",
+            "one_sided_stop",
+            "two_stops",
+            "damped_stop",
+            "damped_stops",
+        ];
         let driven = ["harmonic_forcing", "buffeting"];
         let reading = ["second_mode", "sensor_nonlinearity", "baseline_drift"];
         sided.contains(&id) || driven.contains(&id) || reading.contains(&id)

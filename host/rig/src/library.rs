@@ -205,8 +205,44 @@ pub static LIBRARY: LazyLock<Vec<Kind>> = LazyLock::new(|| {
             |p, b, _, _| -p[0] * beyond(b, p[1]),
             |p, b| 0.5 * p[0] * (beyond(b, p[1]).powi(2) - beyond(0.0, p[1]).powi(2)),
         ),
+        stiffness(
+            kind(
+                "two_stops",
+                "- ku (b - gu) above gu, - kl (b + gl) below -gl",
+                [stop("ku", "gu"), stop("kl", "gl")].concat(),
+                "ku=40,gu=0.1,kl=60,gl=0.14",
+            ),
+            |p, b, _, _| -p[0] * beyond(b, p[1]) - p[2] * beyond(b, -p[3]),
+            |p, b| 0.5 * (p[0] * beyond(b, p[1]).powi(2) + p[2] * beyond(b, -p[3]).powi(2)),
+        ),
+        damping(
+            kind(
+                "damped_stop",
+                "- k (b - g) (1 + a r) beyond g; mirrored where g < 0",
+                vec![positive("k", "1/s2"), any("g", "rad"), positive("a", "s/rad")],
+                "k=40,g=0.1,a=0.5",
+            ),
+            |p, b, r, _| -p[0] * beyond(b, p[1]) * (1.0 + p[2] * r * p[1].signum()),
+        ),
+        damping(
+            kind(
+                "damped_stops",
+                "- ku (b - gu) (1 + a r) above gu; likewise below -gl",
+                [stop("ku", "gu"), stop("kl", "gl"), vec![positive("a", "s/rad")]].concat(),
+                "ku=40,gu=0.1,kl=60,gl=0.14,a=0.5",
+            ),
+            |p, b, r, _| {
+                let (above, below) = (beyond(b, p[1]), beyond(b, -p[3]));
+                -p[0] * above * (1.0 + p[4] * r) - p[2] * below * (1.0 - p[4] * r)
+            },
+        ),
     ]
 });
+
+/// Stiffness and angle of a stop.
+fn stop(stiffness: &'static str, angle: &'static str) -> Vec<Parameter> {
+    vec![positive(stiffness, "1/s2"), positive(angle, "rad")]
+}
 
 /// How far `b` lies beyond `stop` on its side, with that side's sign.
 fn beyond(b: f64, stop: f64) -> f64 {

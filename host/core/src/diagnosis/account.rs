@@ -134,11 +134,12 @@ pub(crate) fn account(
     zero_unknown: bool,
 ) -> Result<Account> {
     let with_discrepancy = |model: Fitted| model.with_discrepancy(decay);
+    // What only makes up for the error of quick simulations is seen to be nothing in a precise one.
     let (survivors, known, refused) = standing(
         std::slice::from_ref(decay),
         survivors,
-        |survivors, judged| of_judged(decay, survivors, judged),
-        |last| with_discrepancy(polished(last, decay)),
+        |survivors, judged| polished(of_judged(decay, survivors, judged), decay),
+        with_discrepancy,
         std::slice::from_ref,
     )?;
     let smaller = &survivors.path[..survivors.path.len() - 1];

@@ -17,9 +17,14 @@ use yawrig_expression::all_ready_made;
 
 /// Whether what bends in `model` bends to what an effect with a name of its own is.
 pub(super) fn is_simple(model: &Fitted, decay: &FreeDecay) -> bool {
+    simpler_one(model, decay).is_some()
+}
+
+/// The effect of `model` that does.
+pub(super) fn simpler_one<'a>(model: &'a Fitted, decay: &FreeDecay) -> Option<&'a Effect> {
     let numbers = model.effect_parameters();
     let mut numbers = numbers.iter().map(|(_, q)| *q);
-    model.structure.effects.iter().any(|effect| {
+    model.structure.effects.iter().find(|effect| {
         let own: Vec<Quantity> = numbers.by_ref().take(effect.parameters().len()).collect();
         effect.is_simpler_one(&own, decay.amplitude_rad)
     })
@@ -49,7 +54,7 @@ pub(super) fn instead(
     let screens: Vec<Screen> =
         inner.into_iter().map_at_once(|inner| Screen::new(decay, inner)).collect();
     let late = late(decay, &screens[0], accepted, singles, refused);
-    screens
+    let mut better: Vec<(f64, Fitted)> = screens
         .iter()
         .flat_map(|screen| flexible.iter().map(move |effect| (screen, effect)))
         .map_at_once(|(screen, effect)| {
@@ -63,8 +68,19 @@ pub(super) fn instead(
             let is_fewer = beyond(plain, larger).len() < simple.len();
             is_fewer && *gain > 0.0 || *gain > DECISIVE
         })
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, larger)| larger)
+        .collect();
+    // A stop that takes energy out holds one that takes none: with more numbers only where that is decisive.
+    better.sort_by_key(|(_, larger)| larger.parameters.len());
+    let best = better.into_iter().reduce(|best, larger| {
+        let more = larger.1.parameters.len() > best.1.parameters.len();
+        let ahead = larger.0 - best.0 > if more { DECISIVE } else { 0.0 };
+        if ahead {
+            larger
+        } else {
+            best
+        }
+    });
+    best.map(|(_, larger)| larger)
 }
 
 /// The model of `plain`, alone or with the effect of one of the best of `singles`, and a moment that follows late,

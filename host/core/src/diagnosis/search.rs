@@ -54,8 +54,10 @@ pub(crate) fn search(decay: &FreeDecay, start: &SearchStart) -> Result<SearchRes
         let (decay, rounds, mut accepted) = search_from(decay, &start, &refused)?;
         let refusal = loop {
             let there = &start.plain.structure.effects;
-            if let Some(refusal) = guards::refusal(&accepted.model, &decay, there) {
-                break Some(refusal);
+            let refusal = guards::refusal(&accepted.model, &decay, there)
+                .or_else(|| simpler(&accepted.model, &decay, there));
+            if refusal.is_some() {
+                break refusal;
             }
             let unknown = of_unknown_size(&accepted.model, &decay, &start.plain);
             let Some(refusal) = unknown else { break None };
@@ -89,6 +91,13 @@ fn of_unknown_size(model: &Fitted, decay: &FreeDecay, plain: &Fitted) -> Option<
     let explains = is_explained(model, decay) && !beyond(plain, model).is_empty();
     let told = explains.then(|| model.clone().with_discrepancy(decay))?;
     guards::unknown(&told, &plain.structure.effects, OF_NAMED)
+}
+
+/// The effect of `model` that precisely simulated is not told from a simpler one.
+fn simpler(model: &Fitted, decay: &FreeDecay, there: &[Effect]) -> Option<Refusal> {
+    let effect = flexible::simpler_one(model, decay).filter(|effect| !there.contains(effect))?;
+    let reason = "with these numbers it is what a simpler effect is".to_owned();
+    Some(Refusal { effect: effect.clone(), reason })
 }
 
 /// `decay` with the noise floor as the `leader` shows it, where that is near it: what is far off shows more

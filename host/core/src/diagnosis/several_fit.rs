@@ -194,9 +194,13 @@ impl Rig<'_> {
             let sharing = sharing(&self.shared(&fit.structure.effects), self.modal());
             joint::fit_or_lengthened(&whole(decays), &fit.structure, &sharing, pooled.begun(fit))
         };
+        // What only makes up for the error of quick simulations is seen to be nothing in a precise one.
+        let precisely = |survivors: &Survivors, judged: &PredictedModel| {
+            joint(survivors, judged).polished(&whole(decays))
+        };
         let finished = |joint| finished(joint, decays);
         let (survivors, last, refused) =
-            account::standing(decays, survivors, joint, finished, |joint| &joint.fits)?;
+            account::standing(decays, survivors, precisely, finished, |joint| &joint.fits)?;
         let stands = |rival: &PredictedModel| {
             let fits = joint(&survivors, rival).fits;
             let there = survivors.there();

@@ -244,7 +244,7 @@ fn bent(
     lengths.stop.check()?;
     let mut flexible = library(decay, there);
     flexible.retain(Effect::is_flexible);
-    let better = flexible
+    let mut better: Vec<PredictedModel> = flexible
         .iter()
         .map_at_once(|effect| {
             let start = rough_start(lengths, &inner.model, effect)?;
@@ -253,7 +253,21 @@ fn bent(
         })
         .flatten()
         .filter(|with| with.predicts_clearly_better_than(inner))
-        .min_by(|a, b| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad()));
+        .collect();
+    // A stop that takes energy out holds one that takes none: with more numbers only where that is clear.
+    let numbers = |judged: &PredictedModel| judged.model.fit.common.len();
+    better.sort_by_key(numbers);
+    let better = better.into_iter().reduce(|best, with| {
+        let ahead = match numbers(&with) > numbers(&best) {
+            true => with.predicts_clearly_better_than(&best),
+            false => with.prediction.rms_rad() < best.prediction.rms_rad(),
+        };
+        if ahead {
+            with
+        } else {
+            best
+        }
+    });
     better.map_or(Ok(here), |better| Nested::pruned(judge, better))
 }
 

@@ -4,6 +4,7 @@
 //! effect's own stands in its file, as a `Law`; a user's own effect stands beside those of the library as
 //! [`Effect::Own`].
 
+mod contact;
 mod curves;
 mod law;
 mod lines;
@@ -120,6 +121,12 @@ library! {
     hysteresis::Hysteresis,
     /// Stop on one side: `- k (b - g)` beyond g, whose sign is its side.
     one_sided_stop::OneSidedStop,
+    /// Stops at both ends, unlike: `- ku (b - gu)` above gu, `- kl (b + gl)` below -gl.
+    two_stops::TwoStops,
+    /// Stop on one side that takes energy out: `- k (b - g) (1 + a r)` beyond g, whose sign is its side.
+    damped_stop::DampedStop,
+    /// Stops at both ends that take energy out.
+    damped_stops::DampedStops,
 }
 
 impl Effect {

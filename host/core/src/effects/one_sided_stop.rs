@@ -1,12 +1,10 @@
 //! A soft stop at one end, - k (b - g) beyond g: above where g is positive, below where it is negative.
 
-use super::law::{at_shares, any, not_negative, numbers, Card, Equation, Law, Parameter, Scale, Seen};
+use super::contact::{either_angle, within};
+use super::law::{any, not_negative, numbers, Card, Equation, Law, Parameter, Scale, Seen};
 use super::terms::{Moment, State, Terms};
 
 pub(super) struct OneSidedStop;
-
-/// Where a fit begins: the stop, as shares of the amplitude.
-const STOPS: [f64; 6] = [0.7, -0.7, 0.4, -0.4, 0.9, -0.9];
 
 impl Law for OneSidedStop {
     fn id(&self) -> &'static str {
@@ -23,7 +21,7 @@ impl Law for OneSidedStop {
     }
 
     fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
-        at_shares(&STOPS, seen)
+        either_angle(seen).into_iter().map(|g| vec![0.0, g]).collect()
     }
 
     fn write(&self, p: &[f64], terms: &mut Terms) {
@@ -56,7 +54,7 @@ impl Moment for OneSidedStop {
     fn moment(p: &[f64], s: &State) -> f64 {
         let [k, g] = numbers(p);
         let side = 1.0_f64.copysign(g);
-        -k * side * (side * (s.yaw_rad - g)).max(0.0)
+        -k * side * within(s.yaw_rad, side, g)
     }
 }
 

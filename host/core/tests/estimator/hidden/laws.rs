@@ -91,6 +91,17 @@ pub fn draw(effect: Effect, setup: &Setup, rng: &mut ChaCha8Rng) -> Vec<f64> {
         }
         Effect::EndStop => vec![0.3 * wn * wn, rng.random_range(0.3..0.7) * a],
         Effect::OneSidedStop => vec![0.3 * wn * wn, either * rng.random_range(0.3..0.7) * a],
+        Effect::TwoStops | Effect::DampedStops => {
+            let [up, low] = [0, 1].map(|_| rng.random_range(0.3..0.7) * a);
+            let unlike = vec![0.3 * wn * wn, up, 0.5 * wn * wn, low];
+            match effect {
+                Effect::TwoStops => unlike,
+                _ => [unlike, vec![0.3 / (wn * a)]].concat(),
+            }
+        }
+        Effect::DampedStop => {
+            vec![0.3 * wn * wn, either * rng.random_range(0.3..0.7) * a, 0.3 / (wn * a)]
+        }
         Effect::Hysteresis => vec![0.02 * wn * wn, rng.random_range(0.15..0.6) * a],
         Effect::PendulumGravity
         | Effect::OddQuadraticStiffness
@@ -125,6 +136,7 @@ pub fn most(law: &Law, setup: &Setup) -> f64 {
         Effect::QuinticStiffness => 0.3 * wn * wn / a.powi(4),
         Effect::PowerDamping => 0.3 * wn * wn * a / (wn * a).powf(p[1]),
         Effect::EndStop | Effect::OneSidedStop => 20.0 * wn * wn,
+        Effect::TwoStops | Effect::DampedStop | Effect::DampedStops => 20.0 * wn * wn,
         Effect::Hysteresis => 0.5 * wn * wn,
         Effect::PendulumGravity
         | Effect::OddQuadraticStiffness
@@ -261,6 +273,13 @@ impl Law {
                 Effect::EndStop => -p[0] * (b.abs() - p[1]).max(0.0) * b.signum(),
                 Effect::OneSidedStop if p[1] > 0.0 => -p[0] * (b - p[1]).max(0.0),
                 Effect::OneSidedStop => -p[0] * (b - p[1]).min(0.0),
+                Effect::TwoStops => -p[0] * (b - p[1]).max(0.0) - p[2] * (b + p[3]).min(0.0),
+                Effect::DampedStop if p[1] > 0.0 => -p[0] * (b - p[1]).max(0.0) * (1.0 + p[2] * r),
+                Effect::DampedStop => -p[0] * (b - p[1]).min(0.0) * (1.0 - p[2] * r),
+                Effect::DampedStops => {
+                    let (above, below) = ((b - p[1]).max(0.0), (b + p[3]).min(0.0));
+                    -p[0] * above * (1.0 + p[4] * r) - p[2] * below * (1.0 - p[4] * r)
+                }
                 Effect::Hysteresis => -p[0] * z,
                 Effect::HarmonicForcing => p[0] * (p[1] * t + p[2]).cos(),
                 _ => 0.0,
