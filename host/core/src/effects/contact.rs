@@ -45,7 +45,7 @@ pub(super) fn loss(seen: &Seen) -> f64 {
 
 /// Whether it may be none.
 pub(super) fn may_be_zero(q: Quantity) -> bool {
-    !(q.value.abs() > ALIKE * q.u)
+    q.u.is_nan() || q.value.abs() <= ALIKE * q.u
 }
 
 /// Whether stops of this stiffness and loss take no energy out that shows at an amplitude. Their own frequency
