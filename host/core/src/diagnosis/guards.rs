@@ -86,7 +86,8 @@ fn no_line_of(effect: &Effect, model: &Fitted, decay: &FreeDecay) -> Option<Refu
     }
 }
 
-/// Standard uncertainties, what the model lacks among them, within which a named effect may not be zero.
+/// Standard uncertainties, what the model lacks among them, within which a named effect may not be zero; or else standard
+/// errors within which what the prediction gains by it may not be chance.
 pub(super) const OF_NAMED: f64 = 2.0;
 
 /// An effect none of whose numbers is known to be more than `k` standard uncertainties from zero, or one with a

@@ -5,6 +5,7 @@
 //! the prediction of what was not fitted gains by it; what others have made needless is taken out again.
 
 use crate::at_once::AtOnce;
+use crate::diagnosis::guards::OF_NAMED;
 use crate::diagnosis::likelihood::{BREADTH, MOST_EFFECTS};
 use crate::diagnosis::nested::{Judge, Nested};
 use crate::diagnosis::over_pieces::{fitted, plain_start, with_from, without, Lengths, Model};
@@ -323,14 +324,21 @@ impl Survivors {
         self.up_to(less.into())
     }
 
-    /// The last model less that one of `effects` that the prediction misses least, where without it the error over
-    /// all pieces, each weighing as it errs, is next to nothing larger; `None` where it needs them all.
+    /// The last model less that one of `effects` that the prediction misses least, where what it gains by it is
+    /// within chance in the mean over the pieces and next to nothing of the error of all; `None` where it needs
+    /// them all.
     pub(super) fn less_needless(&self, effects: &[Effect]) -> Option<PredictedModel> {
-        let last = self.path.last().expect("the plain model");
-        let without = |e: &Effect| judged(&self.lengths, without(&self.lengths, &last.model, e));
-        let rms = |model: &PredictedModel| model.prediction.rms_rad();
-        let least = effects.iter().map_at_once(without).min_by(|a, b| rms(a).total_cmp(&rms(b)))?;
-        ((1.0 - LEAST_GAIN) * rms(&least) < rms(last)).then_some(least)
+        let last = &self.path.last().expect("the plain model").prediction;
+        let without = |e: &Effect| {
+            let model = &self.path[self.path.len() - 1].model;
+            judged(&self.lengths, without(&self.lengths, model, e))
+        };
+        let is_needless = |less: &PredictedModel| {
+            last.gain_over(&less.prediction) < OF_NAMED
+                && (1.0 - LEAST_GAIN) * less.prediction.rms_rad() < last.rms_rad()
+        };
+        let all = effects.iter().map_at_once(without).filter(is_needless);
+        all.min_by(|a, b| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad()))
     }
 
     pub(super) fn up_to(mut self, last: Nested<PredictedModel>) -> Result<Self> {
