@@ -198,19 +198,6 @@ impl Decimated {
         self.count = self.count.min(whole as usize);
     }
 
-    /// Forgets what came before this sample; false where it is too late to, as later samples are missing or
-    /// none has come.
-    pub fn begin_after(&mut self, sample: u32) -> bool {
-        let first = sample.wrapping_sub(self.from_sample).div_ceil(self.samples_per_point());
-        if self.full || first as usize > self.count {
-            return false;
-        }
-        self.points.copy_within(first as usize..self.count, 0);
-        self.count -= first as usize;
-        self.from_sample = self.from_sample.wrapping_add(first * self.samples_per_point());
-        true
-    }
-
     /// Takes the block of the history that begins with this sample and is complete.
     #[inline(never)]
     pub fn block<S: Copy + Default + Into<f32>>(&mut self, history: &History<S>, first: u32) {

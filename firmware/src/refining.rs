@@ -53,8 +53,6 @@ pub struct Refining {
     /// Amplitude at its beginning, and the sample from which on it is of no use, if there is one.
     begun_deg: f32,
     useless_from: Option<u32>,
-    /// What was before this sample was above the range.
-    above_until: u32,
     // Of the last two stages; beside the stage and not in it, so that the device is made where it stays.
     release: Release,
     fit: Fit,
@@ -81,7 +79,6 @@ impl Refining {
             stage: Stage::Idle,
             begun_deg: 0.0,
             useless_from: None,
-            above_until: 0,
             release: Release::NONE,
             fit: Fit::NONE,
             residual: Residual::NONE,
@@ -116,20 +113,11 @@ impl Refining {
         self.is_recording() && self.begun_deg > 0.0
     }
 
-    /// What is recorded is above the range still: as it leaves this sample it may come into it.
-    pub fn is_above(&mut self, until: u32) {
-        self.above_until = until;
-    }
-
-    /// Since it was above it is within the range, with this amplitude: the record begins there. False where
-    /// it has to be begun anew, as so much has come from above the range that there is no room.
-    #[must_use]
-    pub fn confirm(&mut self, amplitude_deg: f32) -> bool {
-        let begins = self.record.begin_after(self.above_until);
-        if begins {
+    /// What is recorded began within the range, with this amplitude.
+    pub fn confirm(&mut self, amplitude_deg: f32) {
+        if self.begun_deg == 0.0 {
             self.begun_deg = amplitude_deg;
         }
-        begins
     }
 
     /// A swing that may be worth recording began before this sample. While the one before is being refined
@@ -143,7 +131,6 @@ impl Refining {
         self.record.begin(first, least_deg, near_deg);
         self.begun_deg = 0.0;
         self.useless_from = None;
-        self.above_until = first;
         self.stage = Stage::Recording { next: first };
     }
 

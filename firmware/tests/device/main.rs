@@ -1,6 +1,5 @@
 //! The device in memory: its sensors, its flash, its results.
 
-mod above;
 mod chip;
 mod conversions;
 mod desk;
