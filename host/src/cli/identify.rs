@@ -130,16 +130,17 @@ impl Identify {
                 bar.inc(1);
                 let Answer::Identified(found) = answer else { return Ok(()) };
                 trials.add(&found);
-                match (files.len(), self.all_windows) {
-                    (1, false) => each_alone.push_str(&table(&found, WINDOWS_SHOWN)),
-                    (_, false) => {}
-                    (_, true) => each_alone.push_str(&table(&found, usize::MAX)),
-                }
+                let most_windows = if self.all_windows { usize::MAX } else { WINDOWS_SHOWN };
+                each_alone.push_str(&table(&found, most_windows));
                 Ok(())
             });
             bar.finish_and_clear();
             // What there is when the user stops it, too.
             let of_all = trials.table();
+            // One alone, the others refused, is no table.
+            if !(of_all.is_empty() || self.all_windows) {
+                each_alone.clear();
+            }
             let between = if of_all.is_empty() || each_alone.is_empty() { "" } else { "\n" };
             print(&format!("{of_all}{between}{each_alone}"))?;
             let tally = done?;
