@@ -190,7 +190,8 @@ fn named_the_same(in_all_ways: bool) {
         }
     }
     println!("right {right} of {asked_in_all}, in all ways {same} of {count}");
-    // Of 68 effects, drawn with seeds 1 to 4, three are not named for what they are, their course being
-    // another's: of 17 one at most, as a rule.
-    assert!(same + 1 >= count, "in all ways {same} of {count}");
+    // Of 84 effects, drawn with seeds 1 to 4, six are not named for what they are in all ways: two of 72, their
+    // course being another's, and four of the twelve stops at both ends or that take energy out, beside or in
+    // place of which another stop is named. Of 21 two at most, as a rule.
+    assert!(same + 2 >= count, "in all ways {same} of {count}");
 }
