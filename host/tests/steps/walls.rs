@@ -6,11 +6,8 @@ use crate::sources::{json, run, within};
 use serde_json::Value;
 use std::path::Path;
 
-/// 40 rad/s2 a rad beyond 6 deg on the positive side, released from 12 deg.
-#[test]
-fn the_printed_commands_make_the_model_of_a_stop_on_one_side() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
+/// A release from 12 deg among walls that push by `moment`, K4-0.csv.
+fn release(folder: &Path, moment: &dyn Fn(f64, f64) -> f64, seed: u64) {
     let made = Made {
         springs: &[("K4", 284.0)],
         speeds_m_s: &[0.0],
@@ -18,16 +15,24 @@ fn the_printed_commands_make_the_model_of_a_stop_on_one_side() {
         seconds: 30.0,
         rate_hz: 500.0,
         noise_deg: 0.04,
-        seed: 3,
+        seed,
     };
-    let stop_rad = 6f64.to_radians();
     let planted = Planted {
-        moment: &|b, _, _, _| -40.0 * (b - stop_rad).max(0.0),
+        moment: &|b, r, _, _| moment(b, r),
         state: &|_, _, _, _| 0.0,
         friction_rad_s2: 0.0,
         damping_ratio: 0.006,
     };
     campaign(folder, &made, &planted);
+}
+
+/// 40 rad/s2 a rad beyond 6 deg on the positive side, released from 12 deg.
+#[test]
+fn the_printed_commands_make_the_model_of_a_stop_on_one_side() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let stop_rad = 6f64.to_radians();
+    release(folder, &|b, _| -40.0 * (b - stop_rad).max(0.0), 3);
     let found = json(folder, &["diagnose", "K4-0.csv", "--json"]);
     println!("{} {}", found["status"], found["effects"]);
     assert_eq!(found["effects"], serde_json::json!(["one_sided_stop"]));
@@ -49,22 +54,7 @@ fn model_of_walls(
 ) -> usize {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let made = Made {
-        springs: &[("K4", 284.0)],
-        speeds_m_s: &[0.0],
-        amplitude_deg: 12.0,
-        seconds: 30.0,
-        rate_hz: 500.0,
-        noise_deg: 0.04,
-        seed,
-    };
-    let planted_by = Planted {
-        moment: &|b, r, _, _| moment(b, r),
-        state: &|_, _, _, _| 0.0,
-        friction_rad_s2: 0.0,
-        damping_ratio: 0.006,
-    };
-    campaign(folder, &made, &planted_by);
+    release(folder, moment, seed);
     let last = run(folder, &commands(folder));
     let [residual, held_out] = ["residual_over_noise", "held_out_over_noise"]
         .map(|name| last[name].as_f64().expect("a number"));

@@ -71,18 +71,6 @@ pub(super) fn of_judged(
     refitted(decay, &whole.structure, &whole.numbers(0))
 }
 
-/// Those effects of `model` beyond `there` none of whose numbers is known to be other than zero.
-fn of_unknown_size(model: &Fitted, there: &[Effect]) -> Vec<Effect> {
-    let numbers = model.effect_parameters();
-    let may_be_none = |effect: &&Effect| {
-        let is_its =
-            |name: &str| name.rsplit_once('.').is_some_and(|(e, _)| e == effect.to_string());
-        numbers.iter().filter(|(name, _)| is_its(name)).all(|(_, q)| q.holds(0.0, OF_NAMED))
-    };
-    let new = model.structure.effects.iter().filter(|e| !there.contains(e));
-    new.filter(may_be_none).cloned().collect()
-}
-
 /// `survivors` less what cannot stand in one of the releases, their last model fitted to the whole of each by
 /// `fit`, and what was refused. An effect whose size, as `finished` knows it, may be zero stays as long as the
 /// prediction needs it.
@@ -108,11 +96,12 @@ pub(super) fn standing<T: Clone>(
         let refusal = fits.find_map(|(fit, decay)| guards::refusal(fit, decay, survivors.there()));
         let Some(refusal) = refusal else {
             let known = finished(last.clone());
-            let in_each = each(&known).iter().map(|fit| of_unknown_size(fit, survivors.there()));
-            let in_all = |a: Vec<Effect>, b: Vec<Effect>| {
-                a.into_iter().filter(|effect| b.contains(effect)).collect()
-            };
-            let unknown = in_each.reduce(in_all).unwrap_or_default();
+            let unknown = |fit| guards::of_unknown_size(fit, survivors.there(), OF_NAMED);
+            let (first, others) = each(&known).split_first().expect("a release");
+            // Where one of the releases knows it, it is known.
+            let others: Vec<Vec<Effect>> = others.iter().map(unknown).collect();
+            let mut unknown = unknown(first);
+            unknown.retain(|effect| others.iter().all(|other| other.contains(effect)));
             let Some(less) = survivors.less_needless(&unknown) else {
                 return Ok((survivors, known, refused));
             };

@@ -137,15 +137,15 @@ pub fn locate_within(decay: &FreeDecay, model: &Fitted, part: Range<usize>) -> W
         true => missing_moments(decay, model, &residual, yaw, rate),
         false => Vec::new(),
     };
-    let damping = cut(&states, largest(rate), |s| (s.yaw_rad * wn, s.rate_rad_s));
-    let stiffness = cut(&states, largest(yaw), |s| (s.rate_rad_s / wn, s.yaw_rad));
+    let (b_max, r_max) = (largest(yaw), largest(rate));
+    let damping = cut(&states, r_max, |s| (s.yaw_rad * wn, s.rate_rad_s));
+    let stiffness = cut(&states, b_max, |s| (s.rate_rad_s / wn, s.yaw_rad));
     let mut passages: Vec<usize> =
         damping.iter().chain(&stiffness).map(|point| point.passages).collect();
     passages.sort_unstable();
     let typical = passages.get(passages.len() / 2).map_or(f64::INFINITY, |n| *n as f64);
     let start_s = decay.grid.time_s(part.start);
     let measurand = &decay.measurand;
-    let (b_max, r_max) = (largest(yaw), largest(rate));
     Where {
         time: time(decay, start_s, &residual),
         amplitude: amplitude(measurand, &residual, yaw, rate, wn),
@@ -167,7 +167,7 @@ pub fn locate_within(decay: &FreeDecay, model: &Fitted, part: Range<usize>) -> W
             .collect(),
         noise_rad_s2: noise_of_moment(decay, model) / typical.sqrt(),
         phase: phase(measurand, &states, b_max, r_max),
-        frequency: frequency(decay, &residual, decay.noise_rad),
+        frequency: frequency(decay, &residual),
         correlation: model.correlation,
         correlation_of_white: 2.0 / (model.count as f64).sqrt(),
     }
@@ -328,13 +328,13 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().filter(|v| v.is_finite()).fold(0.0, |m, v| m.max(v.abs()))
 }
 
-fn frequency(decay: &FreeDecay, residual: &[f64], noise_rad: f64) -> Vec<FrequencyBin> {
+fn frequency(decay: &FreeDecay, residual: &[f64]) -> Vec<FrequencyBin> {
     let n = residual.len();
     let power = power(residual.to_vec());
     let total: f64 = power.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     // Of white noise, in each of these.
     let square = residual.iter().map(|e| e * e).sum::<f64>() / n as f64;
-    let noise = total * noise_rad * noise_rad / square / power.len() as f64;
+    let noise = total * decay.noise_rad.powi(2) / square / power.len() as f64;
     let spacing = 1.0 / (n as f64 * decay.grid.step_s);
     // Four bins from each harmonic to the next, up to the sixth.
     let bins = 24;

@@ -54,7 +54,7 @@ pub(super) fn instead(
     let screens: Vec<Screen> =
         inner.into_iter().map_at_once(|inner| Screen::new(decay, inner)).collect();
     let late = late(decay, &screens[0], accepted, singles, refused);
-    let mut better: Vec<(f64, Fitted)> = screens
+    let better: Vec<(f64, Fitted)> = screens
         .iter()
         .flat_map(|screen| flexible.iter().map(move |effect| (screen, effect)))
         .map_at_once(|(screen, effect)| {
@@ -69,18 +69,27 @@ pub(super) fn instead(
             is_fewer && *gain > 0.0 || *gain > DECISIVE
         })
         .collect();
-    // A stop that takes energy out holds one that takes none: with more numbers only where that is decisive.
-    better.sort_by_key(|(_, larger)| larger.parameters.len());
-    let best = better.into_iter().reduce(|best, larger| {
-        let more = larger.1.parameters.len() > best.1.parameters.len();
-        let ahead = larger.0 - best.0 > if more { DECISIVE } else { 0.0 };
-        if ahead {
-            larger
-        } else {
-            best
+    let numbers = |(_, larger): &(f64, Fitted)| larger.parameters.len();
+    let is_ahead = |larger: &(f64, Fitted), best: &(f64, Fitted), has_more| {
+        larger.0 - best.0 > if has_more { DECISIVE } else { 0.0 }
+    };
+    simplest(better, numbers, is_ahead).map(|(_, larger)| larger)
+}
+
+/// Of `all` one that no other `is_ahead` of, which is told whether that has more numbers: a stop that takes energy
+/// out holds one that takes none, and has to be further ahead.
+pub(super) fn simplest<T>(
+    mut all: Vec<T>,
+    numbers: impl Fn(&T) -> usize,
+    is_ahead: impl Fn(&T, &T, bool) -> bool,
+) -> Option<T> {
+    all.sort_by_key(&numbers);
+    all.into_iter().reduce(|best, other| {
+        match is_ahead(&other, &best, numbers(&other) > numbers(&best)) {
+            true => other,
+            false => best,
         }
-    });
-    best.map(|(_, larger)| larger)
+    })
 }
 
 /// The model of `plain`, alone or with the effect of one of the best of `singles`, and a moment that follows late,

@@ -42,13 +42,8 @@ fn no_line(model: &Fitted, decay: &FreeDecay, there: &[Effect]) -> Option<Refusa
 
 fn no_line_of(effect: &Effect, model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
     let line = effect.line()?;
-    let numbers = model.effect_parameters();
-    let name = |place: usize| &effect.parameters()[place].name;
-    let number = |place: usize| {
-        let name = format!("{effect}.{}", name(place));
-        numbers.iter().find(|(n, _)| *n == name).map(|(_, q)| *q)
-    };
-    let (frequency, w) = (number(line.frequency)?, name(line.frequency));
+    let own = numbers_of(effect, &model.effect_parameters());
+    let (Parameter { name: w, .. }, frequency) = own[line.frequency];
     let w_rad_s = frequency.value;
     // The motion's own windows: where the line outlasts it, theirs are the line's.
     let own_rad_s = model.parameters[0];
@@ -64,7 +59,7 @@ fn no_line_of(effect: &Effect, model: &Fitted, decay: &FreeDecay) -> Option<Refu
             "{w} = {frequency} rad/s is not distinguished from {order} times the natural frequency: a harmonic of the restoring moment or of the sensor would be there"
         ));
     };
-    let zeta2 = number(damping)?.value;
+    let zeta2 = own[damping].1.value;
     if (w_rad_s - wn_rad_s).abs() < zeta2 * w_rad_s {
         return refused(format!(
             "{w} = {w_rad_s:.4} rad/s is nearer to the natural frequency than its line is wide: it stands for what varies with the amplitude, no mode"
@@ -86,23 +81,51 @@ fn no_line_of(effect: &Effect, model: &Fitted, decay: &FreeDecay) -> Option<Refu
     }
 }
 
-/// Standard uncertainties, what the model lacks among them, within which a named effect may not be zero; or else standard
-/// errors within which what the prediction gains by it may not be chance.
+/// A named effect is so many standard uncertainties, what the model lacks among them, from zero; or the prediction
+/// is better by it by as many standard errors.
 pub(super) const OF_NAMED: f64 = 2.0;
+
+/// Each number of `effect`, with what it is among `all` of its model.
+fn numbers_of<'a>(
+    effect: &'a Effect,
+    all: &[(String, Quantity)],
+) -> Vec<(&'a Parameter, Quantity)> {
+    let found = |p: &'a Parameter| {
+        let name = format!("{effect}.{}", p.name);
+        (p, all.iter().find(|(n, _)| *n == name).expect("a number of the model").1)
+    };
+    effect.parameters().iter().map(found).collect()
+}
+
+/// Those of an effect's numbers that say whether it is there: of a line where there is none a frequency may
+/// well be known.
+fn sizes<'a>(
+    effect: &Effect,
+    own: &'a [(&Parameter, Quantity)],
+) -> &'a [(&'a Parameter, Quantity)] {
+    match effect.line() {
+        Some(line) => &own[line.size..=line.size],
+        None => own,
+    }
+}
+
+/// Those effects of `model`, but for those that were `there`, none of whose sizes is more than `k` standard
+/// uncertainties from zero.
+pub(super) fn of_unknown_size(model: &Fitted, there: &[Effect], k: f64) -> Vec<Effect> {
+    let numbers = model.effect_parameters();
+    let may_be_none = |effect: &&Effect| {
+        sizes(effect, &numbers_of(effect, &numbers)).iter().all(|(_, q)| q.holds(0.0, k))
+    };
+    let new = model.structure.effects.iter().filter(|e| !there.contains(e));
+    new.filter(may_be_none).cloned().collect()
+}
 
 /// An effect none of whose numbers is known to be more than `k` standard uncertainties from zero, or one with a
 /// number at its bound.
 pub(super) fn unknown(model: &Fitted, there: &[Effect], k: f64) -> Option<Refusal> {
     let numbers = model.effect_parameters();
     model.structure.effects.iter().filter(|e| !there.contains(e)).find_map(|effect| {
-        let own: Vec<_> = effect
-            .parameters()
-            .iter()
-            .map(|p| {
-                let name = format!("{effect}.{}", p.name);
-                (p, numbers.iter().find(|(n, _)| *n == name).map(|(_, q)| *q).expect("a number"))
-            })
-            .collect();
+        let own = numbers_of(effect, &numbers);
         let refused = |reason: String| Some(Refusal { effect: effect.clone(), reason });
         let bounded = |(p, q): &&(&Parameter, Quantity)| q.value == p.min || q.value == p.max;
         if let Some((p, q)) = own.iter().find(bounded) {
@@ -114,11 +137,7 @@ pub(super) fn unknown(model: &Fitted, there: &[Effect], k: f64) -> Option<Refusa
         if let Some((p, _)) = own.iter().find(|(_, q)| q.u == 0.0 || !q.u.is_finite()) {
             return refused(format!("the record does not say how well {} is known", p.name));
         }
-        // Of a line where there is none a frequency may well be known.
-        let sizes = match effect.line() {
-            Some(line) => &own[line.size..=line.size],
-            None => &own[..],
-        };
+        let sizes = sizes(effect, &own);
         match sizes.iter().any(|(_, q)| !q.holds(0.0, k)) {
             true => None,
             false => {

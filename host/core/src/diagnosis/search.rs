@@ -59,7 +59,7 @@ pub(crate) fn search(decay: &FreeDecay, start: &SearchStart) -> Result<SearchRes
             if refusal.is_some() {
                 break refusal;
             }
-            let unknown = of_unknown_size(&accepted.model, &decay, &start.plain);
+            let unknown = unknown_as_told(&accepted.model, &decay, &start.plain);
             let Some(refusal) = unknown else { break None };
             let less = polished(removed(&decay, &accepted.model, &refusal.effect), &decay);
             let judge = ByEvidence { decay: &decay, start: &start, precisely: true };
@@ -87,7 +87,7 @@ pub(crate) fn search(decay: &FreeDecay, start: &SearchStart) -> Result<SearchRes
 }
 
 /// An effect of `model`, which explains the record, whose size may be zero as it will be told.
-fn of_unknown_size(model: &Fitted, decay: &FreeDecay, plain: &Fitted) -> Option<Refusal> {
+fn unknown_as_told(model: &Fitted, decay: &FreeDecay, plain: &Fitted) -> Option<Refusal> {
     let explains = is_explained(model, decay) && !beyond(plain, model).is_empty();
     let told = explains.then(|| model.clone().with_discrepancy(decay))?;
     guards::unknown(&told, &plain.structure.effects, OF_NAMED)

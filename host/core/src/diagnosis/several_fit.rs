@@ -198,9 +198,9 @@ impl Rig<'_> {
         let precisely = |survivors: &Survivors, judged: &PredictedModel| {
             joint(survivors, judged).polished(&whole(decays))
         };
-        let finished = |joint| finished(joint, decays);
+        let as_told = |joint: JointFit| joint.with_discrepancy(&whole(decays));
         let (survivors, last, refused) =
-            account::standing(decays, survivors, precisely, finished, |joint| &joint.fits)?;
+            account::standing(decays, survivors, precisely, as_told, |joint| &joint.fits)?;
         let stands = |rival: &PredictedModel| {
             let fits = joint(&survivors, rival).fits;
             let there = survivors.there();
@@ -212,7 +212,7 @@ impl Rig<'_> {
         let mut joints = Vec::new();
         for judged in smaller {
             decays[0].stop.check()?;
-            joints.push(finished(joint(&survivors, judged)));
+            joints.push(finished(joint(&survivors, judged), decays));
         }
         joints.push(last);
         let path = joints.into_iter().zip(&survivors.path).map(|(joint, judged)| Together {

@@ -5,6 +5,7 @@
 //! the prediction of what was not fitted gains by it; what others have made needless is taken out again.
 
 use crate::at_once::AtOnce;
+use crate::diagnosis::flexible::simplest;
 use crate::diagnosis::guards::OF_NAMED;
 use crate::diagnosis::likelihood::{BREADTH, MOST_EFFECTS};
 use crate::diagnosis::nested::{Judge, Nested};
@@ -245,7 +246,7 @@ fn bent(
     lengths.stop.check()?;
     let mut flexible = library(decay, there);
     flexible.retain(Effect::is_flexible);
-    let mut better: Vec<PredictedModel> = flexible
+    let better: Vec<PredictedModel> = flexible
         .iter()
         .map_at_once(|effect| {
             let start = rough_start(lengths, &inner.model, effect)?;
@@ -255,20 +256,12 @@ fn bent(
         .flatten()
         .filter(|with| with.predicts_clearly_better_than(inner))
         .collect();
-    // A stop that takes energy out holds one that takes none: with more numbers only where that is clear.
     let numbers = |judged: &PredictedModel| judged.model.fit.common.len();
-    better.sort_by_key(numbers);
-    let better = better.into_iter().reduce(|best, with| {
-        let ahead = match numbers(&with) > numbers(&best) {
-            true => with.predicts_clearly_better_than(&best),
-            false => with.prediction.rms_rad() < best.prediction.rms_rad(),
-        };
-        if ahead {
-            with
-        } else {
-            best
-        }
-    });
+    let is_ahead = |with: &PredictedModel, best: &PredictedModel, has_more| match has_more {
+        true => with.predicts_clearly_better_than(best),
+        false => with.prediction.rms_rad() < best.prediction.rms_rad(),
+    };
+    let better = simplest(better, numbers, is_ahead);
     better.map_or(Ok(here), |better| Nested::pruned(judge, better))
 }
 
@@ -328,14 +321,11 @@ impl Survivors {
     /// within chance in the mean over the pieces and next to nothing of the error of all; `None` where it needs
     /// them all.
     pub(super) fn less_needless(&self, effects: &[Effect]) -> Option<PredictedModel> {
-        let last = &self.path.last().expect("the plain model").prediction;
-        let without = |e: &Effect| {
-            let model = &self.path[self.path.len() - 1].model;
-            judged(&self.lengths, without(&self.lengths, model, e))
-        };
+        let PredictedModel { model, prediction } = self.path.last().expect("the plain model");
+        let without = |e: &Effect| judged(&self.lengths, without(&self.lengths, model, e));
         let is_needless = |less: &PredictedModel| {
-            last.gain_over(&less.prediction) < OF_NAMED
-                && (1.0 - LEAST_GAIN) * less.prediction.rms_rad() < last.rms_rad()
+            prediction.gain_over(&less.prediction) < OF_NAMED
+                && (1.0 - LEAST_GAIN) * less.prediction.rms_rad() < prediction.rms_rad()
         };
         let all = effects.iter().map_at_once(without).filter(is_needless);
         all.min_by(|a, b| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad()))

@@ -1,7 +1,7 @@
 //! A soft stop at one end that takes energy out, - k (b - g) (1 + a r) beyond g: above where g is positive, below,
 //! with the rate's sign turned, where it is negative.
 
-use super::contact::{either_angle, loss, may_be_zero, may_take_none_out, within};
+use super::contact::{either_angle, loss, loss_size, may_be_zero, may_take_none_out, within};
 use super::law::{any, not_negative, numbers, Card, Equation, Law, Parameter, Scale, Seen};
 use super::terms::{Moment, State, Terms};
 use crate::quantity::Quantity;
@@ -20,8 +20,7 @@ impl Law for DampedStop {
     }
 
     fn sizes(&self, scale: &Scale) -> Vec<f64> {
-        let rate_rad_s = scale.natural_frequency_rad_s * scale.amplitude_rad;
-        vec![scale.stiffness(), scale.amplitude_rad, 1.0 / rate_rad_s]
+        vec![scale.stiffness(), scale.amplitude_rad, loss_size(scale)]
     }
 
     fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {

@@ -1,7 +1,9 @@
 //! Soft stops at both ends that take energy out, each with an angle and a stiffness of its own:
 //! - ku (b - gu) (1 + a r) above gu, - kl (b + gl) (1 - a r) below -gl.
 
-use super::contact::{both_angles, loss, may_be_zero, may_take_none_out, within};
+use super::contact::{
+    both, both_angles, both_sizes, loss, loss_size, may_be_zero, may_take_none_out,
+};
 use super::law::{not_negative, numbers, Card, Equation, Law, Parameter, Scale, Seen};
 use super::terms::{Moment, State, Terms};
 use crate::quantity::Quantity;
@@ -25,8 +27,7 @@ impl Law for DampedStops {
     }
 
     fn sizes(&self, scale: &Scale) -> Vec<f64> {
-        let (k, g) = (scale.stiffness(), scale.amplitude_rad);
-        vec![k, g, k, g, 1.0 / (scale.natural_frequency_rad_s * g)]
+        [&both_sizes(scale)[..], &[loss_size(scale)]].concat()
     }
 
     fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
@@ -75,10 +76,7 @@ impl Law for DampedStops {
 impl Moment for DampedStops {
     #[inline]
     fn moment(p: &[f64], s: &State) -> f64 {
-        let [ku, gu, kl, gl, a] = numbers(p);
-        let along = a * s.rate_rad_s;
-        kl * within(s.yaw_rad, -1.0, -gl) * (1.0 - along)
-            - ku * within(s.yaw_rad, 1.0, gu) * (1.0 + along)
+        both(s.yaw_rad, numbers(p), p[4] * s.rate_rad_s)
     }
 }
 

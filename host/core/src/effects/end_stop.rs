@@ -1,12 +1,10 @@
 //! A soft stop at either end, - k (|b| - g) sign(b) beyond |b| > g.
 
+use super::contact::ANGLES;
 use super::law::{at_shares, not_negative, numbers, Card, Equation, Law, Parameter, Scale, Seen};
 use super::terms::{Moment, State, Terms};
 
 pub(super) struct EndStop;
-
-/// Where a fit begins: the stop, as shares of the amplitude.
-const STOPS: [f64; 3] = [0.7, 0.4, 0.9];
 
 impl Law for EndStop {
     fn id(&self) -> &'static str {
@@ -23,7 +21,7 @@ impl Law for EndStop {
     }
 
     fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
-        at_shares(&STOPS, seen)
+        at_shares(&ANGLES, seen)
     }
 
     fn write(&self, p: &[f64], terms: &mut Terms) {

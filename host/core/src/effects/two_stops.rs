@@ -1,7 +1,7 @@
 //! Soft stops at both ends, each with an angle and a stiffness of its own: - ku (b - gu) above gu,
 //! - kl (b + gl) below -gl.
 
-use super::contact::{both_angles, may_be_equal, may_be_zero, within};
+use super::contact::{both, both_angles, both_sizes, may_be_equal, may_be_zero};
 use super::law::{not_negative, numbers, Card, Equation, Law, Parameter, Scale, Seen};
 use super::terms::{Moment, State, Terms};
 use crate::quantity::Quantity;
@@ -24,8 +24,7 @@ impl Law for TwoStops {
     }
 
     fn sizes(&self, scale: &Scale) -> Vec<f64> {
-        let one = [scale.stiffness(), scale.amplitude_rad];
-        [one, one].concat()
+        both_sizes(scale).to_vec()
     }
 
     fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
@@ -71,8 +70,7 @@ impl Law for TwoStops {
 impl Moment for TwoStops {
     #[inline]
     fn moment(p: &[f64], s: &State) -> f64 {
-        let [ku, gu, kl, gl] = numbers(p);
-        kl * within(s.yaw_rad, -1.0, -gl) - ku * within(s.yaw_rad, 1.0, gu)
+        both(s.yaw_rad, numbers(p), 0.0)
     }
 }
 

@@ -20,7 +20,9 @@ use std::sync::Arc;
 /// Block means per cycle: those on which residual and noise floor are compared.
 pub(crate) const MEANS_PER_CYCLE: f64 = 50.0;
 
-/// Block means of a release's beginning: what takes a simulation of the whole for each guess is asked of as many first.
+/// Block means of a long release's beginning, for speed alone: what simulates a release for each guess is asked of
+/// as many first. They are four hundred cycles, four times what pieces have together, or more where a cycle has
+/// fewer than [`MEANS_PER_CYCLE`] samples.
 pub(crate) const BEGINNING: usize = 20_000;
 
 /// `record` with so many samples a second, and the samples it is made of where they did not come evenly.
