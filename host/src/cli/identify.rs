@@ -130,15 +130,17 @@ impl Identify {
                 bar.inc(1);
                 let Answer::Identified(found) = answer else { return Ok(()) };
                 trials.add(&found);
-                let most_windows = if self.all_windows { usize::MAX } else { WINDOWS_SHOWN };
-                each_alone.push_str(&table(&found, most_windows));
+                // One alone, the others refused, is no table.
+                if self.all_windows || trials.count() == 1 {
+                    let most = if self.all_windows { usize::MAX } else { WINDOWS_SHOWN };
+                    each_alone.push_str(&table(&found, most));
+                }
                 Ok(())
             });
             bar.finish_and_clear();
             // What there is when the user stops it, too.
             let of_all = trials.table();
-            // One alone, the others refused, is no table.
-            if !(of_all.is_empty() || self.all_windows) {
+            if trials.count() > 1 && !self.all_windows {
                 each_alone.clear();
             }
             let between = if of_all.is_empty() || each_alone.is_empty() { "" } else { "\n" };

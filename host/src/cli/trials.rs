@@ -18,8 +18,9 @@ const DRAWN: usize = 12;
 /// Scatter over what the uncertainties explain, above which trials differ: of two by chance once in eighty.
 const DIFFER: f64 = 2.5;
 
-/// Trials of one thing have natural frequencies no further apart than this, as a ratio, and damping ratios no
-/// further than that, whatever changes with amplitude or from day to day.
+/// Natural frequencies further apart than the first, as a ratio, or damping ratios further than the second are not
+/// those of one thing, if their uncertainties do not say as much. Generous, for what changes with amplitude or from
+/// day to day: it keeps a mean from being taken over several springs. A campaign says what belongs together.
 const ONE_THING: [f64; 2] = [1.05, 2.0];
 
 /// What is kept of a record.
@@ -102,21 +103,31 @@ impl Group<'_> {
     }
 
     /// The lowest and the highest.
-    fn ends(&self, of: fn(&Trial) -> f64) -> [f64; 2] {
-        let all = || self.trials.iter().map(|t| of(t));
-        [all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max)]
+    fn ends(&self, of: fn(&Trial) -> Quantity) -> [Quantity; 2] {
+        let mut all: Vec<Quantity> = self.trials.iter().map(|t| of(t)).collect();
+        all.sort_by(|a, b| a.value.total_cmp(&b.value));
+        [all[0], all[all.len() - 1]]
     }
 
     /// Whether they may be trials of one thing: a campaign says so, or their values do not rule it out.
     fn is_one_thing(&self) -> bool {
-        let near = |[low, high]: [f64; 2], ratio: f64| high <= ratio * low || high == low;
+        let near = |[low, high]: [Quantity; 2], ratio: f64| {
+            let apart = high.value - low.value;
+            apart <= (ratio - 1.0) * low.value.abs().min(high.value.abs())
+                || apart <= DIFFER * low.u.hypot(high.u)
+        };
         let [wn, zeta] = ONE_THING;
         self.condition.is_some()
-            || near(self.ends(|t| t.wn.value), wn) && near(self.ends(|t| t.zeta.value), zeta)
+            || near(self.ends(|t| t.wn), wn) && near(self.ends(|t| t.zeta), zeta)
     }
 }
 
 impl Trials {
+    /// Records taken in.
+    pub fn count(&self) -> usize {
+        self.all.len()
+    }
+
     /// Takes in what was found in a record.
     pub fn add(&mut self, found: &Identification) {
         let Some(first) = found.estimates.first() else { return };
@@ -205,13 +216,11 @@ impl Trials {
         let groups: Vec<Group<'_>> =
             self.groups().into_iter().filter(|group| group.trials.len() > 1).collect();
         if let Some(group) = groups.iter().find(|group| !group.is_one_thing()) {
+            let [[slow, fast], [least, most]] = [group.ends(|t| t.wn), group.ends(|t| t.zeta)];
             return format!(
                     "\nThese are not trials of one thing (wn {:.4} to {:.4} rad/s, zeta {:.4} to {:.4}): no mean over them.\n\
-                     Which belong together says a campaign.toml beside them: `yawrig campaign init`.\n",
-                    group.ends(|t| t.wn.value)[0],
-                    group.ends(|t| t.wn.value)[1],
-                    group.ends(|t| t.zeta.value)[0],
-                    group.ends(|t| t.zeta.value)[1],
+                     Which of them belong together is said by a campaign.toml beside them: `yawrig campaign init`.\n",
+                    slow.value, fast.value, least.value, most.value,
                 );
         }
         let header =
@@ -369,6 +378,17 @@ mod tests {
             |file: &str, wn: f64| trial(file, None, vec![at(8.0, wn, 1e-3), at(2.0, wn, 1e-3)]);
         let text = table(&[&wn("a", 7.0), &wn("b", 14.0)]);
         assert!(text.contains("wn 7.0000 to 14.0000 rad/s") && !text.contains("scatter"), "{text}");
+        // Damping ratios of which little is known, and of what grows, are apart by as much as that says.
+        let zeta = |file: &str, value: f64, u: f64| {
+            let mut trial = wn(file, 7.0);
+            trial.zeta = Quantity::new(value, u);
+            trial
+        };
+        let both = |a: f64, b: f64, u: f64| table(&[&zeta("a", a, u), &zeta("b", b, u)]);
+        assert!(!both(1e-4, 3e-4, 1e-4).contains("not trials"));
+        assert!(both(1e-4, 3e-4, 1e-5).contains("not trials"));
+        assert!(!both(-2e-3, -1.2e-3, 1e-5).contains("not trials"));
+        assert!(both(-2e-3, 2e-3, 1e-5).contains("not trials"));
     }
 
     #[test]
