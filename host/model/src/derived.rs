@@ -1,6 +1,6 @@
 //! The derivatives of a campaign from the natural frequencies and damping ratios of a model that was fitted to it.
 
-use crate::document::{EffectEntry, MadeUnder, Model};
+use crate::document::{read_text, EffectEntry, MadeUnder, Model};
 use crate::journal::{Journal, Known, KnownModal};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -30,21 +30,30 @@ pub struct OfModel {
 /// The derivatives by the last fit of the model at `model`, and those that its effects are.
 ///
 /// # Errors
-/// Exit 3: where model or journal cannot be read, or it was not fitted to this campaign.
+/// Exit 3: where model or journal cannot be read, or it was not fitted to this campaign, or has changed since.
 pub fn of_model(campaign: &CampaignFile, model: &Path) -> Result<OfModel> {
+    let text = read_text(model)?;
+    let effects = Model::parse(&text, model)?.effects;
     let journal = Journal::of(model)?;
     journal.warn(model);
-    let fitted = journal.steps.iter().rev().find(|step| !step.modal.is_empty());
-    let found = fitted.and_then(|step| Some((table(campaign, &step.modal)?, step)));
-    let (mut table, step) = found.ok_or_else(|| {
-        let (model, campaign) = (model.display(), campaign.path.display());
-        Error::data(format!("{model} was fitted to no releases that make a point of {campaign}"))
-            .help(format!(
-                "fit it first: {}",
-                settings::command("fit", &[&campaign.to_string()], &[])
-            ))
+    let mut fitted = journal.steps.iter().rev().filter(|step| !step.modal.is_empty());
+    let is_known = fitted.clone().next().is_some();
+    let step = fitted.find(|step| step.model == text);
+    let table = step.and_then(|step| table(campaign, &step.modal));
+    let mut table = table.ok_or_else(|| {
+        let (of, named) = (model.display().to_string(), campaign.path.display().to_string());
+        let (why, fit) = match is_known && step.is_none() {
+            true => (
+                format!("{of} has changed since it was fitted"),
+                settings::command("fit", &[], &[("model", &of)]),
+            ),
+            false => (
+                format!("{of} was fitted to no releases that make a point of {named}"),
+                settings::command("fit", &[&named], &[]),
+            ),
+        };
+        Error::data(why).help(format!("fit it first: {fit}"))
     })?;
-    let effects = Model::parse(&step.model, model)?.effects;
     let names: Vec<&str> = effects.iter().map(|entry| entry.effect.id()).collect();
     table.notes.push(match names.is_empty() {
         true => format!("by {}, a second-order model", model.display()),

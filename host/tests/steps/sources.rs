@@ -134,6 +134,17 @@ fn the_printed_commands_make_the_model_of_a_campaign_in_the_wind() {
     }
     let refit = json(folder, &["fit", "--json"]);
     assert!(refit["residual_over_noise"].as_f64().unwrap() <= 1.15);
+    // Derivatives are those of the model as it stands, or none.
+    std::fs::write(folder.join("model.toml"), format!("{text}\n# edited\n")).unwrap();
+    for (model, why) in [
+        ("model.toml", "model.toml has changed since it was fitted"),
+        ("nowhere.toml", "cannot read nowhere.toml"),
+        ("K2-0.csv", "is a record, not a model"),
+    ] {
+        let out = yawrig(folder, &["derivatives", "campaign.toml", "--model", model]);
+        let said = String::from_utf8_lossy(&out.stderr);
+        assert!(out.status.code() == Some(3) && said.contains(why), "{model}: {said}");
+    }
 }
 
 /// The same effect as one coefficient for all winds, tried on releases with the wind off: refused with the command that
