@@ -1,8 +1,10 @@
-//! A zip archive with texts in it, as phyphox exports them: `Raw Data.csv`, and `meta/` about the device.
+//! A zip archive with texts in it, as phyphox exports them: `Raw Data.csv`, and `meta/` about the device; or with
+//! tracks of Tracker.
 
 use super::grid;
 use super::names;
 use super::table::Channel;
+use super::tracker;
 use super::units;
 use std::io::{Read, Seek};
 use yawrig_text::rows::{self, Separator};
@@ -13,13 +15,7 @@ const LARGEST: u64 = 1 << 30;
 /// When an experiment was started and stopped, by its own clock and by the phone's.
 const EVENTS: &str = "meta/time.csv";
 /// Endings of the texts.
-const ENDINGS: [&str; 4] = ["csv", "tsv", "txt", "dat"];
-
-/// Whether it is a workbook, which is an archive, too.
-pub(super) fn is_workbook(archive: &ZipArchive<impl Read + Seek>) -> bool {
-    let mut names = archive.file_names().flatten();
-    names.any(|name| name == "[Content_Types].xml" || name.starts_with("xl/"))
-}
+const ENDINGS: [&str; 5] = ["csv", "tsv", "txt", "dat", "trk"];
 
 /// The channels of the texts in it, with their names in front where there are several.
 pub(super) fn read(mut archive: ZipArchive<impl Read + Seek>) -> Result<Vec<Channel>, String> {
@@ -35,8 +31,13 @@ pub(super) fn read(mut archive: ZipArchive<impl Read + Seek>) -> Result<Vec<Chan
     let pauses = pauses(&mut archive);
     for name in &names {
         let bytes = entry(&mut archive, name)?;
+        let text = rows::decoded(&bytes);
+        let inside = match tracker::is_one(&bytes) {
+            true => tracker::of_text(&text),
+            false => grid::of_text(&text),
+        };
         // A text without numbers is about something else.
-        let Ok(mut inside) = grid::of_text(&rows::decoded(&bytes)) else { continue };
+        let Ok(mut inside) = inside else { continue };
         for time in inside.iter_mut().filter(|c| names::as_time(c.own_name()) == Some(0)) {
             pauses.iter().for_each(|pause| pause.put_into(time));
         }

@@ -2,7 +2,7 @@
 
 use super::names;
 use super::table::Channel;
-use super::{archive, csv_file, grid, hdf5, labx, lvm, mat, parquet_file, tdms, xlsx};
+use super::{archive, csv_file, grid, hdf5, labx, lvm, mat, parquet_file, tdms, tracker, workbook};
 use bytes::Bytes;
 use std::io::Cursor;
 use std::path::Path;
@@ -21,10 +21,14 @@ pub enum Format {
     Hdf5,
     Tdms,
     Parquet,
-    /// A workbook of Excel, or an archive of texts.
+    /// A workbook of Excel or LibreOffice, or an archive of texts.
     Zip,
+    /// A workbook of Excel until 2003.
+    Xls,
     /// Leybold's CASSY Lab.
     Labx,
+    /// Tracker's points on pictures.
+    Tracker,
 }
 
 impl Format {
@@ -37,9 +41,9 @@ impl Format {
 
 /// Whether a file's name ends as those of records do.
 pub fn is_named_so(file: &Path) -> bool {
-    const ENDINGS: [&str; 15] = [
-        "csv", "tsv", "txt", "dat", "asc", "lvm", "labx", "xlsx", "zip", "mat", "h5", "hdf5",
-        "tdms", "parquet", "gz",
+    const ENDINGS: [&str; 19] = [
+        "csv", "tsv", "txt", "dat", "asc", "lvm", "labx", "xlsx", "xls", "ods", "zip", "mat", "h5",
+        "hdf5", "tdms", "parquet", "gz", "trk", "trz",
     ];
     let ending = file.extension();
     ending.is_some_and(|e| ENDINGS.iter().any(|ending| e.eq_ignore_ascii_case(ending)))
@@ -66,8 +70,7 @@ pub(super) fn of(file: &Path, head: &[u8]) -> Result<Format> {
         return Ok(Format::Zip);
     }
     if head.starts_with(b"\xd0\xcf\x11\xe0") {
-        return Err(Error::data(format!("{named} is a workbook of Excel until 2003"))
-            .help("save it again as .xlsx, or as CSV"));
+        return Ok(Format::Xls);
     }
     if head.starts_with(b"PAR1") {
         return Ok(Format::Parquet);
@@ -94,7 +97,11 @@ pub(super) fn of(file: &Path, head: &[u8]) -> Result<Format> {
         return Err(Error::data(format!("{named} is neither text nor of a format that is read"))
             .help("give a record: CSV with time_s,yaw_deg, MATLAB, HDF5, TDMS or Parquet"));
     }
-    Ok(if labx::is_one(head) { Format::Labx } else { Format::Csv })
+    Ok(match head {
+        _ if labx::is_one(head) => Format::Labx,
+        _ if tracker::is_one(head) => Format::Tracker,
+        _ => Format::Csv,
+    })
 }
 
 /// Whether a text is a record in CSV and not a file of another kind.
@@ -110,11 +117,16 @@ pub(super) fn channels(file: &Path, format: Format, bytes: Bytes) -> Result<Vec<
         Format::Hdf5 => hdf5::of_bytes(bytes),
         Format::Tdms => tdms::of_bytes(&bytes),
         Format::Parquet => parquet_file::of_bytes(bytes),
-        // A workbook is an archive, too; what is no archive at all its reader says.
+        // A workbook is an archive, too.
         Format::Zip => match ZipArchive::new(Cursor::new(&bytes)) {
-            Ok(archive) if !archive::is_workbook(&archive) => archive::read(archive),
-            _ => xlsx::of_bytes(&bytes),
+            Ok(archive) => match workbook::kind(&archive) {
+                Some(kind) => workbook::of_bytes(kind, &bytes),
+                None => archive::read(archive),
+            },
+            Err(why) => Err(why.to_string()),
         },
+        Format::Xls => workbook::of_bytes(workbook::Kind::Xls, &bytes),
+        Format::Tracker => tracker::of_text(&rows::decoded(&bytes)),
         Format::Labx => labx::of_text(&rows::decoded(&bytes)),
     };
     let mut channels = read.map_err(|why| {

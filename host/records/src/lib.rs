@@ -36,10 +36,11 @@ mod swing;
 mod table;
 mod tdms;
 mod times;
+mod tracker;
 mod turns;
 pub mod units;
 mod when;
-mod xlsx;
+mod workbook;
 
 pub use csv_file::{as_written, write, write_samples, write_samples_of, ACCEPTED_COLUMNS};
 pub use kept::keep;

@@ -41,6 +41,8 @@ fn names_that_say_what_they_are_need_no_flag() {
         ("chunks.tdms", SINGLE),
         ("interleaved.tdms", DOUBLE),
         ("snappy.parquet", DOUBLE),
+        ("until-2003.xls", DOUBLE),
+        ("sheet.ods", DOUBLE),
     ] {
         println!("{name}");
         let record = yawrig_records::read(&file(name)).unwrap_or_else(|e| panic!("{name}: {e}"));

@@ -1,6 +1,6 @@
 """Writes the files beside it: one decaying swing in every format a rig's users have.
 
-    pip install numpy scipy h5py npTDMS pyarrow
+    pip install numpy scipy h5py npTDMS pyarrow xlwt odfpy
     apt install octave
     python3 make.py
 
@@ -18,7 +18,11 @@ import numpy
 import pyarrow
 import pyarrow.parquet
 import scipy.io
+import xlwt
 from nptdms import ChannelObject, TdmsFile, TdmsWriter
+from odf.opendocument import OpenDocumentSpreadsheet
+from odf.table import Table, TableCell, TableRow
+from odf.text import P
 
 here = Path(__file__).parent
 count = 300
@@ -153,6 +157,31 @@ def parquet():
     pyarrow.parquet.write_table(table, here / "zstd.parquet", compression="zstd")
 
 
+def workbooks():
+    rows = [("time_s", "yaw_deg")] + list(zip(time_s.tolist(), yaw_deg.tolist()))
+    book = xlwt.Workbook()
+    sheet = book.add_sheet("run")
+    for k, row in enumerate(rows):
+        for column, value in enumerate(row):
+            sheet.write(k, column, value)
+    book.save(here / "until-2003.xls")
+
+    book = OpenDocumentSpreadsheet()
+    table = Table(name="run")
+    for row in rows:
+        line = TableRow()
+        for value in row:
+            if isinstance(value, str):
+                cell = TableCell(valuetype="string")
+                cell.addElement(P(text=value))
+            else:
+                cell = TableCell(valuetype="float", value=repr(value))
+            line.addElement(cell)
+        table.addElement(line)
+    book.spreadsheet.addElement(table)
+    book.save(here / "sheet.ods")
+
+
 matlab()
 cells()
 octave()
@@ -160,3 +189,4 @@ hdf5()
 tdms()
 hand_made_tdms()
 parquet()
+workbooks()

@@ -11,7 +11,7 @@ use parquet::schema::parser::parse_message_type;
 use std::io::Write as _;
 use std::sync::Arc;
 use yawrig_core::record::Record;
-use yawrig_records::Selection;
+use yawrig_records::{Quantity, Selection};
 
 fn times_s() -> Vec<f64> {
     (0..ROWS).map(|k| k as f64 / RATE_HZ).collect()
@@ -129,4 +129,98 @@ fn a_pause_that_a_phone_notes_is_put_into_its_times() {
     assert!((longest - length_s - 1.0 / RATE_HZ).abs() < 1e-6, "{longest}");
     let wn = identified(&record).estimates[0].natural_frequency_rad_s;
     assert!((wn.value - WN_RAD_S).abs() < 4.0 * wn.u.max(1e-3), "{wn:?}");
+}
+
+/// Tracker's own file of the points that somebody or its search marked in a film of a pendulum of 0.4 m; the pixels
+/// by axes of any place, turn and scale.
+fn tracker(names: &[&str], axes: usize) -> String {
+    let (origin, turn, scale) = ([311.5, 42.25], 7.0f64, 512.0);
+    let property = |name: &str, value: &str| {
+        format!("<property name=\"{name}\" type=\"double\">{value}</property>\n")
+    };
+    let object = |class: &str, inside: &str| {
+        format!("<object class=\"org.opensourcephysics.{class}\">\n{inside}</object>\n")
+    };
+    let within = |name: &str, inside: &str| {
+        format!("<property name=\"{name}\" type=\"object\">\n{inside}</property>\n")
+    };
+    let mass = |name: &str| {
+        let (sin, cos) = turn.to_radians().sin_cos();
+        let marks: String = (0..ROWS)
+            .filter(|k| ![100, 101].contains(k))
+            .map(|k| {
+                // Hanging down.
+                let swing = deg(k as f64 / RATE_HZ).to_radians();
+                let (x, y) = (0.4 * scale * swing.sin(), -0.4 * scale * swing.cos());
+                let pixel = [origin[0] + x * cos - y * sin, origin[1] - x * sin - y * cos];
+                let at =
+                    property("x", &pixel[0].to_string()) + &property("y", &pixel[1].to_string());
+                within(&format!("[{k}]"), &object("cabrillo.tracker.PointMass$FrameData", &at))
+            })
+            .collect();
+        let name = format!("<property name=\"name\" type=\"string\">{name}</property>");
+        within(
+            "item",
+            &object("cabrillo.tracker.PointMass", &(name + &within("framedata", &marks))),
+        )
+    };
+    let of_axes: String = [
+        ("xorigin", origin[0]),
+        ("yorigin", origin[1]),
+        ("angle", turn),
+        ("xscale", scale),
+        ("yscale", scale),
+    ]
+    .iter()
+    .map(|(name, value)| property(name, &value.to_string()))
+    .collect();
+    let of_axes: String = (0..axes)
+        .map(|k| {
+            within(&format!("[{k}]"), &object("media.core.ImageCoordSystem$FrameData", &of_axes))
+        })
+        .collect();
+    let tracks: String = names.iter().map(|name| mass(name)).collect();
+    let frame = property("rate", "1.0") + &property("delta_t", "40.0");
+    let inside = within("clipcontrol", &object("media.core.StepperClipControl", &frame))
+        + &within("coords", &object("media.core.ImageCoordSystem", &within("framedata", &of_axes)))
+        + "<property name=\"length_unit\" type=\"string\">m</property>\n"
+        + &within("tracks", &tracks);
+    "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n".to_owned()
+        + &object("cabrillo.tracker.TrackerPanel", &inside)
+}
+
+#[test]
+fn tracker_s_points_are_read_in_its_axes_by_its_frames() {
+    let named = |name: &str| Some(name.to_owned());
+    let direction = Selection { yaw: named("direction"), ..Selection::default() };
+    let of =
+        |names: &[&str], chosen: &Selection| read("film.trk", tracker(names, 1).as_bytes(), chosen);
+    let record = of(&["mass A"], &direction).expect("a record");
+    assert_eq!(record.len(), ROWS - 2);
+    for (t, y) in record.time_s.iter().zip(&record.yaw_deg) {
+        assert!((y + 90.0 - deg(*t)).abs() < 1e-9, "{y} at {t}");
+    }
+    let quantity = Some(Quantity::Displacement);
+    let place = Selection { yaw: named("mass B/x"), quantity, ..Selection::default() };
+    let record = of(&["mass A", "mass B"], &place).expect("a record");
+    for (t, x) in record.time_s.iter().zip(&record.yaw_deg) {
+        assert!((x - 0.4 * deg(*t).to_radians().sin()).abs() < 1e-9, "{x} at {t}");
+    }
+    // What is proposed runs, and is of the swing.
+    let error = of(&["mass A"], &Selection::default()).expect_err("a question");
+    let found = identified(&of(&["mass A"], &printed(&error)).expect("what is printed"));
+    let wn = found.estimates[0].natural_frequency_rad_s;
+    assert!((wn.value - WN_RAD_S).abs() < 5e-3, "{wn}");
+
+    let refused = |text: &str| {
+        let error = read("film.trk", text.as_bytes(), &direction).expect_err("refused");
+        error.to_string()
+    };
+    assert!(refused(&tracker(&["mass A"], 2)).contains("axes move"));
+    assert!(refused(&tracker(&[], 1)).contains("no point mass"));
+    let whole = tracker(&["mass A"], 1);
+    assert!(refused(&whole[..whole.len() / 2]).contains("cut"));
+    assert!(refused(&whole.replace("40.0", "0.0")).contains("how long a frame lasts"));
+    assert!(refused(&whole.replacen("\"y\" type=\"double\">", "\"y\" type=\"double\">?", 1))
+        .contains("no number"));
 }

@@ -1,19 +1,52 @@
-//! Workbooks of Excel and LibreOffice: the sheet that holds the most rows of numbers, and others about as
-//! long.
+//! Workbooks of Excel, of today (`.xlsx`) and until 2003 (`.xls`), and of LibreOffice (`.ods`): the sheet that holds
+//! the most rows of numbers, and others about as long.
 
 use super::grid;
 use super::table::Channel;
-use calamine::{Data, Range, Reader, Xlsx, XlsxError};
-use std::io::Cursor;
+use calamine::{Data, Ods, Range, Reader, Xls, Xlsx};
+use std::fmt::Display;
+use std::io::{Cursor, Read, Seek};
 use yawrig_text::rows::Row;
+use zip::ZipArchive;
 
 const SECONDS_PER_DAY: f64 = 86_400.0;
 
 /// Channels of a sheet that is at least so long, of the longest, are among those to choose from.
 const SHARE: f64 = 0.5;
 
-pub(super) fn of_bytes(bytes: &[u8]) -> Result<Vec<Channel>, String> {
-    let mut book = Xlsx::new(Cursor::new(bytes)).map_err(|e: XlsxError| e.to_string())?;
+/// As what its archive, if it is one, is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Xls,
+    Xlsx,
+    Ods,
+}
+
+/// Which workbook an archive is; `None` of one that is none.
+pub(super) fn kind(archive: &ZipArchive<impl Read + Seek>) -> Option<Kind> {
+    let of = |name: &str| match name {
+        "[Content_Types].xml" => Some(Kind::Xlsx),
+        "content.xml" => Some(Kind::Ods),
+        _ => name.starts_with("xl/").then_some(Kind::Xlsx),
+    };
+    archive.file_names().flatten().find_map(|name| of(&name))
+}
+
+pub(super) fn of_bytes(kind: Kind, bytes: &[u8]) -> Result<Vec<Channel>, String> {
+    let bytes = Cursor::new(bytes);
+    match kind {
+        Kind::Xls => of_book(Xls::new(bytes)),
+        Kind::Xlsx => of_book(Xlsx::new(bytes)),
+        Kind::Ods => of_book(Ods::new(bytes)),
+    }
+}
+
+fn of_book<'a, B>(book: Result<B, B::Error>) -> Result<Vec<Channel>, String>
+where
+    B: Reader<Cursor<&'a [u8]>>,
+    B::Error: Display,
+{
+    let mut book = book.map_err(|e| e.to_string())?;
     let names = book.sheet_names();
     let mut sheets: Vec<(String, Vec<Channel>)> = Vec::new();
     let mut why = "there is no sheet in it".to_owned();
