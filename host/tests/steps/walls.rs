@@ -60,7 +60,11 @@ fn model_of_walls(
         .map(|name| last[name].as_f64().expect("a number"));
     println!("{id}: residual {residual:.3}, held out {held_out:.3}");
     assert!(residual <= 1.15 && held_out <= 1.3);
-    let number = |name: &str| &last["parameters"][format!("{id}.{name}")];
+    // Those of another effect are named in full.
+    let number = |name: &str| match name.contains('.') {
+        true => &last["parameters"][name],
+        false => &last["parameters"][format!("{id}.{name}")],
+    };
     for (name, value) in planted {
         println!("  {name}");
         assert!(within(number(name), *value, 3.0));
@@ -68,9 +72,10 @@ fn model_of_walls(
     planted.iter().filter(|(name, value)| !within(number(name), *value, 2.0)).count()
 }
 
-/// Of four numbers two or more are outside k = 2 in 1 % of such tests.
+/// Alone, by name, and beside a cubic spring, by what is printed. Of nine numbers three or more are outside k = 2 in
+/// 0.8 % of such tests.
 #[test]
-fn unlike_stops_at_both_ends_are_added_by_name() {
+fn unlike_stops_at_both_ends_are_added() {
     let [up, low] = [6f64, 8.0].map(f64::to_radians);
     let moment = |b: f64, _| -40.0 * (b - up).max(0.0) - 60.0 * (b + low).min(0.0);
     let planted = [("ku", 40.0), ("gu", up), ("kl", 60.0), ("gl", low)];
@@ -78,7 +83,19 @@ fn unlike_stops_at_both_ends_are_added_by_name() {
         let commands = [["yawrig", "fit", "K4-0.csv"], ["yawrig", "add", "two_stops"]];
         serde_json::json!({ "commands": commands })
     };
-    assert!(model_of_walls(&moment, "two_stops", &planted, 5, &by_name) <= 1);
+    let outside = model_of_walls(&moment, "two_stops", &planted, 5, &by_name);
+    let diagnosed = |folder: &Path| {
+        let found = json(folder, &["diagnose", "K4-0.csv", "--json"]);
+        assert_eq!(found["status"], "explained");
+        assert_eq!(found["effects"].as_array().map(Vec::len), Some(2), "{}", found["effects"]);
+        found
+    };
+    let spring =
+        |b: f64, _| -30.0 * b.powi(3) - 50.0 * (b - low).max(0.0) - 150.0 * (b + up).min(0.0);
+    let planted =
+        [("ku", 50.0), ("gu", low), ("kl", 150.0), ("gl", up), ("cubic_stiffness.k3", 30.0)];
+    let beside = model_of_walls(&spring, "two_stops", &planted, 8, &diagnosed);
+    assert!(outside + beside <= 2);
 }
 
 /// Below, and at both ends. Of eight numbers three or more are outside k = 2 in 0.6 % of such tests.

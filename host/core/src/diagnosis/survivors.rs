@@ -191,8 +191,9 @@ fn searched(
     let judge = ByPrediction { lengths: &lengths, there: there.len() };
     let own: Vec<Effect> =
         own.iter().filter(|e| e.is_own() && !there.contains(e)).cloned().collect();
-    let simple = with_own(&judge, Nested::pruned(&judge, here)?, &own)?;
-    let path = bent(decay, &judge, there, simple.clone())?.path(&judge, plain.clone())?;
+    // A user's own are slower than the library's, and tried where those have gone as far as they can.
+    let simple = grown(&judge, Nested::pruned(&judge, here)?, &own)?;
+    let path = bent(decay, &judge, &plain, simple.clone(), &all)?.path(&judge, plain.clone())?;
     let mut singles = rounds.get(1).cloned().unwrap_or_default();
     singles.extend(own.iter().map_at_once(|e| with(&lengths, &plain.model, e)));
     singles.sort_by(|a, b| a.fit.sum().total_cmp(&b.fit.sum()));
@@ -200,20 +201,21 @@ fn searched(
     Ok(Survivors { path, singles, sets, lengths, simple })
 }
 
-/// `here` with a user's own effects beside which it predicts better, what they leave needed: they are slower
-/// than the library's, and tried where those have gone as far as they can.
-fn with_own(
+/// `here` with those of `effects` beside which it predicts better, one after the other, and what they leave
+/// needed.
+fn grown(
     judge: &ByPrediction,
     mut here: Nested<PredictedModel>,
-    own: &[Effect],
+    effects: &[Effect],
 ) -> Result<Nested<PredictedModel>> {
     let lengths = judge.lengths;
     loop {
         lengths.stop.check()?;
         let inner = &here.model;
-        let better = own
+        let there = &inner.model.fit.structure.effects;
+        let better = effects
             .iter()
-            .filter(|e| !inner.model.fit.structure.effects.contains(e))
+            .filter(|e| there.iter().all(|t| t != *e && !t.excludes(e)))
             .map_at_once(|e| judged(lengths, with(lengths, &inner.model, e)))
             .filter(|with| with.predicts_better_than(inner))
             .min_by(|a, b| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad()));
@@ -235,34 +237,40 @@ fn is_simpler_one(lengths: &Lengths, model: &Model) -> bool {
     })
 }
 
-/// `here`, or where one that bends to much predicts clearly better, that one with what it leaves needed.
+/// `here`, or where one that bends to much predicts clearly better, that one with those of `simple` that it leaves
+/// needed. It is tried beside what is there and beside the `plain` model: simple effects that stand for what it is
+/// keep it from its numbers.
 fn bent(
     decay: &FreeDecay,
     judge: &ByPrediction,
-    there: &[Effect],
+    plain: &PredictedModel,
     here: Nested<PredictedModel>,
+    simple: &[Effect],
 ) -> Result<Nested<PredictedModel>> {
     let (lengths, inner) = (judge.lengths, &here.model);
     lengths.stop.check()?;
-    let mut flexible = library(decay, there);
+    let mut flexible = library(decay, &plain.model.fit.structure.effects);
     flexible.retain(Effect::is_flexible);
-    let better: Vec<PredictedModel> = flexible
-        .iter()
-        .map_at_once(|effect| {
-            let start = rough_start(lengths, &inner.model, effect)?;
-            let bent = with_from(lengths, &inner.model, effect, &start);
+    let has_simple = !judge.effects(inner).is_empty();
+    let beside = |of: &PredictedModel| {
+        let all = flexible.iter().map_at_once(|effect| {
+            let start = rough_start(lengths, &of.model, effect)?;
+            let bent = with_from(lengths, &of.model, effect, &start);
             (!is_simpler_one(lengths, &bent)).then(|| judged(lengths, bent))
-        })
-        .flatten()
-        .filter(|with| with.predicts_clearly_better_than(inner))
-        .collect();
+        });
+        all.flatten().filter(|with| with.predicts_clearly_better_than(inner)).collect::<Vec<_>>()
+    };
+    let mut better = beside(inner);
+    if has_simple {
+        better.extend(beside(plain));
+    }
     let numbers = |judged: &PredictedModel| judged.model.fit.common.len();
     let is_ahead = |with: &PredictedModel, best: &PredictedModel, has_more| match has_more {
         true => with.predicts_clearly_better_than(best),
         false => with.prediction.rms_rad() < best.prediction.rms_rad(),
     };
     let better = simplest(better, numbers, is_ahead);
-    better.map_or(Ok(here), |better| Nested::pruned(judge, better))
+    better.map_or(Ok(here), |better| grown(judge, Nested::pruned(judge, better)?, simple))
 }
 
 /// Judges models far from the noise, where prediction holds.

@@ -4,6 +4,7 @@ use super::law::{Acts, Equation, Series};
 use super::Effect;
 use crate::quantity::Quantity;
 use crate::record::Measurand;
+use yawrig_expression::Unit;
 
 impl Effect {
     /// The one that takes another course every time.
@@ -69,6 +70,16 @@ impl Effect {
         match self.line() {
             Some(line) if at == line.phase || at == line.frequency => unit.to_string(),
             _ => measurand.parameter_unit(unit),
+        }
+    }
+
+    /// The power of a second in the unit of its number at `at`, the users' numbers being these: by so many times
+    /// the share by which a clock is wrong, the number is.
+    pub(crate) fn seconds(&self, at: usize, users: &[f64]) -> f64 {
+        match self.law().wind_power(users) {
+            // The unit may depend on another number.
+            Some((strength, power)) if strength == at => 0.0 - power,
+            _ => Unit::parse(&self.parameters()[at].unit).map_or(0.0, |unit| unit.seconds()),
         }
     }
 

@@ -87,6 +87,7 @@ fn of_cycle(
             }),
         };
     }
+    variances[0] += (values[0] * decay.rate_u).powi(2);
     let quantity = |q: usize| Quantity::new(values[q], not_below_zero(variances[q]).sqrt());
     Some(AtAmplitude {
         amplitude_deg: decay.measurand.shown(amplitude_rad),

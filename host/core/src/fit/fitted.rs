@@ -80,6 +80,16 @@ pub struct Fitted {
     around: Around,
 }
 
+/// One of the users' numbers.
+struct Published {
+    name: String,
+    value: f64,
+    /// Its derivatives by the fitted numbers.
+    row: Vec<f64>,
+    /// The power of a second in its unit.
+    seconds: f64,
+}
+
 impl Fitted {
     /// `residuals` in rad; of a rate in rad/s.
     pub(crate) fn new(
@@ -186,9 +196,9 @@ impl Fitted {
             damping_ratio: self.damping_ratio(),
         }
     }
-    /// At rest; its u holds the residual's own correlation and what the model lacks.
+    /// At rest; its u holds the residual's own correlation, what the model lacks and the clock's rate.
     pub fn natural_frequency_rad_s(&self) -> Quantity {
-        self.modal_quantity(0)
+        self.on_clock(self.modal_quantity(0), -1.0)
     }
     /// At rest, negative where small oscillations grow; its u as that of the natural frequency.
     pub fn damping_ratio(&self) -> Quantity {
@@ -223,10 +233,19 @@ impl Fitted {
         let variance = self.covariance.as_ref().map_or(f64::NAN, |c| between(c, row, row));
         Quantity::new(value, not_below_zero(variance * self.inflation).sqrt())
     }
+    /// `quantity`, in whose unit a second has the power `seconds`, with what the clock's rate makes of it.
+    fn on_clock(&self, quantity: Quantity, seconds: f64) -> Quantity {
+        Quantity::new(
+            quantity.value,
+            quantity.u.hypot(quantity.value * seconds * self.around.rate_u),
+        )
+    }
     /// `effect.name` and value with u of every number of the effects, in the units that
     /// [`Effect::parameters`] states.
     pub fn effect_parameters(&self) -> Vec<(String, Quantity)> {
-        self.published().map(|(name, value, row)| (name, self.quantity(value, &row))).collect()
+        let told =
+            |p: Published| (p.name, self.on_clock(self.quantity(p.value, &p.row), p.seconds));
+        self.published().map(told).collect()
     }
 
     /// Covariance of natural frequency, damping ratio and everything the effects are made of. `None` where
@@ -236,30 +255,40 @@ impl Fitted {
         let unit =
             |at: usize| (0..self.parameters.len()).map(|k| f64::from(u8::from(k == at))).collect();
         let modal = ["natural_frequency_rad_s", "damping_ratio"];
-        let modal = modal
-            .iter()
-            .enumerate()
-            .map(|(at, name)| ((*name).to_owned(), unit(at), self.modal_inflation.sqrt()));
-        let effects = self.published().map(|(name, _, row)| (name, row, self.inflation.sqrt()));
-        let all: Vec<(String, Vec<f64>, f64)> = modal.chain(effects).collect();
-        let of = |a: &(String, Vec<f64>, f64), b: &(String, Vec<f64>, f64)| {
-            between(covariance, &a.1, &b.1) * a.2 * b.2
+        let modal = modal.iter().zip([-1.0, 0.0]).enumerate().map(|(at, (name, seconds))| {
+            let (name, value) = ((*name).to_owned(), self.parameters[at]);
+            let modal = Published { name, value, row: unit(at), seconds };
+            (modal, self.modal_inflation.sqrt())
+        });
+        let effects = self.published().map(|effect| (effect, self.inflation.sqrt()));
+        let all: Vec<(Published, f64)> = modal.chain(effects).collect();
+        let by_clock = |p: &Published| p.value * p.seconds * self.around.rate_u;
+        let of = |a: &(Published, f64), b: &(Published, f64)| {
+            between(covariance, &a.0.row, &b.0.row) * a.1 * b.1 + by_clock(&a.0) * by_clock(&b.0)
         };
         let matrix = all.iter().map(|a| all.iter().map(|b| of(a, b)).collect()).collect();
-        Some(Covariance { names: all.into_iter().map(|a| a.0).collect(), matrix })
+        Some(Covariance { names: all.into_iter().map(|a| a.0.name).collect(), matrix })
     }
 
-    /// Name, value and derivatives by the fitted numbers of each of the users' numbers of the effects.
-    fn published(&self) -> impl Iterator<Item = (String, f64, Vec<f64>)> + '_ {
+    /// Each of the users' numbers of the effects.
+    fn published(&self) -> impl Iterator<Item = Published> + '_ {
         self.structure.places().flat_map(move |(effect, at)| {
             let (values, rows) = effect.published(self.of_effect(effect, at));
+            let seconds: Vec<f64> =
+                (0..values.len()).map(|number| effect.seconds(number, &values)).collect();
             let names = effect.parameters().iter().map(move |p| format!("{effect}.{}", p.name));
             let row = move |own: Vec<f64>| {
                 let mut row = vec![0.0; self.parameters.len()];
                 row[at..at + own.len()].copy_from_slice(&own);
                 row
             };
-            names.zip(values).zip(rows).map(move |((name, value), own)| (name, value, row(own)))
+            let numbers = names.zip(values).zip(rows).zip(seconds);
+            numbers.map(move |(((name, value), own), seconds)| Published {
+                name,
+                value,
+                row: row(own),
+                seconds,
+            })
         })
     }
     fn of_effect(&self, effect: &Effect, at: usize) -> &[f64] {
@@ -337,5 +366,55 @@ impl Part<'_> {
         residuals.iter_mut().zip(&decay.yaw_rad).for_each(|(r, y)| *r += zero - y);
         let own = covariance.map(|c| c.select_rows(&self.places).select_columns(&self.places));
         Fitted::new(self.structure.clone(), p, residuals, converged, own, decay.around())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::fitting::{fit_added, fit_plain};
+    use crate::record::Record;
+
+    /// With a clock that is 0.3 % off for all one knows, numbers are off by that times the power of a second in
+    /// their unit, and by the same in common; a damping ratio is not.
+    #[test]
+    fn the_clock_s_rate_is_in_every_number_with_a_second_in_its_unit() {
+        let (wn, k3) = (7.0f64, 60.0);
+        let (mut yaw_rad, mut rate_rad_s, step_s) = (0.2f64, 0.0f64, 1e-4);
+        let mut record = Record::new("mine", Vec::new(), Vec::new());
+        for k in 0..120_000 {
+            if k % 100 == 0 {
+                record.time_s.push(f64::from(k) * step_s);
+                let noise = 0.02 * f64::from(k / 100 % 7 * 5 % 7 - 3) / 2.0;
+                record.yaw_deg.push(yaw_rad.to_degrees() + noise);
+            }
+            // Symplectic: the step's error is far below the noise.
+            rate_rad_s -=
+                step_s * (wn * wn * yaw_rad + k3 * yaw_rad.powi(3) + 2.0 * 0.01 * wn * rate_rad_s);
+            yaw_rad += step_s * rate_rad_s;
+        }
+        let fit = |rate_u: f64| {
+            let decay = FreeDecay::of(&Record { rate_u, ..record.clone() }).expect("a decay");
+            let plain = fit_plain(&decay, false, decay.yaw_rad.len());
+            fit_added(&decay, &plain, &Effect::CubicStiffness)
+        };
+        let (exact, coarse) = (fit(0.0), fit(3e-3));
+        let of = |fit: &Fitted| {
+            let stiffness = fit.effect_parameters()[0].1;
+            [fit.natural_frequency_rad_s(), fit.damping_ratio(), stiffness]
+        };
+        for ((known, told), seconds) in
+            of(&exact).into_iter().zip(of(&coarse)).zip([-1.0, 0.0, -2.0])
+        {
+            assert_eq!(known.value, told.value);
+            let expected = known.u.hypot(known.value * seconds * 3e-3);
+            assert!((told.u / expected - 1.0).abs() < 1e-12, "{known} {told}");
+        }
+        assert!((of(&exact)[2].value / k3 - 1.0).abs() < 0.05, "{}", of(&exact)[2]);
+        let [exact, coarse] =
+            [exact, coarse].map(|fit| fit.named_covariance().expect("one").matrix);
+        let common = coarse[0][2] - exact[0][2];
+        let expected = 2.0 * (3e-3f64).powi(2) * 7.0 * k3;
+        assert!((common / expected - 1.0).abs() < 0.05, "{common} {expected}");
     }
 }

@@ -64,13 +64,15 @@ fn settings() -> Settings {
     Settings { from_deg: 360.0, to_deg: 1e-3, ..Settings::default() }
 }
 
-/// What a motion depends on that is no number of its model.
+/// What a motion, or what is known of it, depends on that is no number of its model.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Around {
     /// For own effects; 0: off, or not known.
     pub(crate) wind_speed_m_s: f64,
     /// What is recorded of it.
     pub(crate) observed: Derivative,
+    /// Standard uncertainty of the record's clock rate, as a share of it.
+    pub(crate) rate_u: f64,
 }
 
 /// A free decay. Angles in rad, time from the release in s. Of another measurand what is read is in its own
@@ -99,6 +101,8 @@ pub struct FreeDecay {
     pub amplitude_rad: f64,
     /// What is read of the motion.
     pub measurand: Measurand,
+    /// Standard uncertainty of the record's clock rate, as a share of it: frequencies have it, too.
+    pub(crate) rate_u: f64,
     /// Instant of the release, on the record's own clock.
     pub release_time_s: f64,
     /// How the free motion begins, and how what is fitted of it ends.
@@ -223,6 +227,7 @@ impl FreeDecay {
             stop: Stop::default(),
             windows,
             measurand,
+            rate_u: record.rate_u,
         })
     }
 
@@ -309,9 +314,13 @@ impl FreeDecay {
         self.measurand.derivative().recorded(self.amplitude_rad, self.frequency_rad_s)
     }
 
-    /// What its motion depends on that is no number of a model.
+    /// What its motion, or what is known of it, depends on that is no number of a model.
     pub(crate) fn around(&self) -> Around {
-        Around { wind_speed_m_s: self.wind_speed_m_s, observed: self.measurand.derivative() }
+        Around {
+            wind_speed_m_s: self.wind_speed_m_s,
+            observed: self.measurand.derivative(),
+            rate_u: self.rate_u,
+        }
     }
 
     pub(crate) fn scale(&self) -> Scale {

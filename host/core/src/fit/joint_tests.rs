@@ -34,6 +34,7 @@ fn decay(wn: f64, c: f64) -> FreeDecay {
         begins: Default::default(),
         ends: Default::default(),
         measurand: Default::default(),
+        rate_u: 0.0,
         windows: Vec::new(),
         wind_speed_m_s: 0.0,
     }

@@ -62,6 +62,8 @@ pub struct Measured {
     pub plain_residual_over_noise: f64,
     /// `held_out_over_noise` without a law.
     pub plain_held_out_over_noise: f64,
+    /// Standard uncertainty of the record's clock rate, as a share of it.
+    pub(crate) rate_u: f64,
 }
 
 /// Measures the law that `releases` follow beside the second-order response and the effects of `inner`.
@@ -128,6 +130,7 @@ pub fn measure(
         residual_over_noise,
         fit,
         plain,
+        rate_u: decay.rate_u,
     })
 }
 
@@ -172,7 +175,8 @@ impl Measured {
 
     /// Of the linear part, at rest, rad/s.
     pub fn natural_frequency_rad_s(&self) -> Quantity {
-        Quantity::new(self.fit.common[0], self.covariance[(0, 0)].max(0.0).sqrt())
+        let wn = self.fit.common[0];
+        Quantity::new(wn, self.covariance[(0, 0)].max(0.0).sqrt().hypot(wn * self.rate_u))
     }
 
     /// Of the linear part, beside a dissipation without a line.
