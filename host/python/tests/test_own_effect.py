@@ -126,3 +126,47 @@ def test_units_of_a_function_are_checked_too(record):
     wrong = yawrig.Effect("own", lambda b, r, c: c * r, C)
     with pytest.raises(yawrig.YawrigError, match="c \\* r"):
         yawrig.compare(record, effects=[wrong])
+
+
+def late_release():
+    """By Runge and Kutta: a moment -4 z that follows the rate, z' = (r - z) / 0.3, and noise of 0.02 deg."""
+    wn, zeta, c, t_s, step_s = 7.0, 0.006, 4.0, 0.3, 0.002
+
+    def slope(y):
+        b, r, z = y
+        return numpy.array([r, -wn * wn * b - 2 * zeta * wn * r - c * z, (r - z) / t_s])
+
+    y, rows = numpy.array([math.radians(10), 0.0, 0.0]), []
+    for _ in range(6000):
+        rows.append(y[0])
+        a = slope(y)
+        b = slope(y + step_s / 2 * a)
+        d = slope(y + step_s / 2 * b)
+        e = slope(y + step_s * d)
+        y = y + step_s / 6 * (a + 2 * b + 2 * d + e)
+    noise = numpy.random.default_rng(7).normal(0.0, 0.02, len(rows))
+    return numpy.arange(len(rows)) * step_s, numpy.degrees(rows) + noise
+
+
+LATE = {"c": {"unit": "1/s", "start": 0.5, "min": 0.0}, "T": {"unit": "s", "start": 0.1, "min": 0.001}}
+
+
+def test_a_moment_that_follows_late_has_a_state():
+    def wake(angle_rad, rate_rad_s, z, c):
+        return -c * z
+
+    def follows(angle_rad, rate_rad_s, z, T):
+        return (rate_rad_s - z) / T
+
+    late = yawrig.Effect("wake", wake, LATE, states={"z": {"unit": "rad/s", "rate": follows}})
+    written = yawrig.Effect("wake", "-c * z", LATE, states={"z": {"unit": "rad/s", "rate": "(r - z) / T"}})
+    assert late.to_toml() == written.to_toml()
+    assert 'rate = "(r - z) / T"' in late.to_toml()
+    found = yawrig.compare(*late_release(), effects=[late])
+    for name, planted in [("wake.c", 4.0), ("wake.T", 0.3)]:
+        number = found.parameters[name]
+        # Two numbers, each within 3 u: by chance 0.5 % of such tests fail.
+        assert abs(number.value - planted) < 3 * number.u < 0.3 * planted, number
+    assert found.residual_over_noise < 1.05
+    with pytest.raises(yawrig.YawrigError, match="rate"):
+        yawrig.compare(*late_release(), effects=[yawrig.Effect("wake", "-c * z", LATE, states={"z": {"unit": "rad/s"}})])

@@ -37,6 +37,12 @@ class Effect:
         expression from then on. It has numpy's elementwise functions and no branches.
     parameters : dict
         By name ``{"unit": "rad/s2", "start": 0.05, "min": 0.0}``; ``min`` and ``max`` may be left out.
+    title : str
+        For tables; ``id`` where it is left out.
+    states : dict
+        What a moment that follows late follows with, one or two by name: ``{"rate": "(r - z) / T", "unit": "rad/s"}``.
+        ``rate`` is how fast it changes, per s, an expression or a function of what the moment may hold and of the states;
+        ``start`` its value at the release, the one in balance where it is left out. The moment takes states by name, too.
 
     >>> Effect("drag", "-d * r * abs(r)", {"d": {"unit": "1", "start": 0.01, "min": 0.0}})
     <yawrig.Effect drag: -d * r * abs(r)>
@@ -44,10 +50,20 @@ class Effect:
     ...     return -d * rate_rad_s * abs(rate_rad_s)
     >>> Effect("drag", drag, {"d": {"unit": "1", "start": 0.01, "min": 0.0}})
     <yawrig.Effect drag: -d * r * abs(r)>
+    >>> parameters = {"c": {"unit": "1/s", "start": 0.5, "min": 0.0}, "T": {"unit": "s", "start": 0.1, "min": 0.001}}
+    >>> def wake(angle_rad, rate_rad_s, z, c):
+    ...     return -c * z
+    >>> def follows(angle_rad, rate_rad_s, z, T):
+    ...     return (rate_rad_s - z) / T
+    >>> late = Effect("wake", wake, parameters, states={"z": {"unit": "rad/s", "rate": follows}})
+    >>> late, late.states["z"]["rate"]
+    (<yawrig.Effect wake: -c * z>, '(r - z) / T')
     """
 
     #: The expression.
     moment: str
+    #: Unit, rate and start of each state, as expressions.
+    states: Dict[str, Dict[str, Any]]
 
     def __init__(
         self,
@@ -55,14 +71,26 @@ class Effect:
         moment: Union[str, Callable[..., Any]],
         parameters: Mapping[str, Mapping[str, Any]],
         title: Optional[str] = None,
+        states: Optional[Mapping[str, Mapping[str, Any]]] = None,
     ) -> None:
         self.id, self.parameters, self.title = id, parameters, title or id
-        self.moment = moment if isinstance(moment, str) else expression(moment, list(parameters), id)
+        names = [*(states or {}), *parameters]
+
+        def written(given: Any) -> Any:
+            return expression(given, names, id) if callable(given) else given
+
+        self.moment = written(moment)
+        self.states = {
+            name: {key: written(value) for key, value in state.items()} for name, state in (states or {}).items()
+        }
 
     def to_toml(self) -> str:
         """The file that ``yawrig --effect`` takes."""
         # JSON's strings and numbers are TOML's, too.
         lines = [f"{name} = {json.dumps(getattr(self, name))}" for name in ["id", "title", "moment"]]
+        for name, state in self.states.items():
+            lines += ["[[state]]", f"name = {json.dumps(name)}"]
+            lines += [f"{key} = {json.dumps(value)}" for key, value in state.items()]
         lines.append("[parameters]")
         for name, parameter in self.parameters.items():
             inside = ", ".join(f"{key} = {json.dumps(value)}" for key, value in parameter.items())
