@@ -1,4 +1,4 @@
-// The server's answers as host/workbench/src serialises them; where Rust has an Option there is a null. A plain `number`
+// The answers of the server and of the worker as host/session/src serialises them, host/workbench/src and host/web/src beside it; where Rust has an Option there is a null. A plain `number`
 // is null, too, where Rust's is not finite: said where that is more than a fault of the program.
 
 /** What is wrong, and what to do about it. */
@@ -25,8 +25,6 @@ interface ModelEffect { effect: string; title: string; parameters: Parameter[] }
 interface Model {
   file: string; exists: boolean; edited: boolean; changed_records: string[]; read_only: string | null;
   fault: Fault | null; effects: ModelEffect[]; ticks_changed: boolean;
-  /** Of a page that keeps no model: nothing is added to it. */
-  keeps_none?: true;
 }
 interface Overall {
   over_noise: number | null; held_out: number | null; held_out_is: string;
@@ -37,11 +35,14 @@ interface Step {
   step: number; time_utc: string; action: "fit" | "add" | "remove" | "reject" | "return" | "edit";
   what: string; of: string; why: string | null; command: string; over_noise: number | null; held_out: number | null;
 }
-interface Progress { what: string; seconds: number; looks: number; is_stopping: boolean }
+/** How often it has looked whether to stop is not known of a worker. */
+interface Progress { what: string; seconds: number; looks: number | null; is_stopping: boolean }
 interface Ended extends Fault { job: Job; is_error: boolean; number: number }
 interface State {
   model: Model; overall: Overall; releases: Release[]; steps: Step[]; has_campaign: boolean; own: string[];
-  job: Progress | null; ended: Ended | null; live: LiveState;
+  job: Progress | null; ended: Ended | null;
+  /** Null where there is no server. */
+  live: LiveState | null;
 }
 
 // GET /api/curves, /api/view, /api/candidates (show.rs)
@@ -222,7 +223,7 @@ type LiveOrder = { do: "disconnect" | "record" | "stop_recording" | "skip" | "ba
   | { do: "measure"; wanted: Wanted } | { do: "speed"; times: number } | { do: "jump"; time_s: number };
 type Order = Job | LiveOrder | { do: "cancel" } | { do: "tick"; releases: number[]; used: Use }
   | { do: "open"; file: string; reading?: Reading } | { do: "between"; release: number; from_s: number | null; to_s: number | null }
-  | { do: "define" | "save"; form: OwnForm } | { do: "write_campaign"; over: boolean } & CampaignForm;
+  | { do: "define" | "save"; form: OwnForm } | { do: "write_campaign"; over: boolean } & CampaignForm | Close;
 type Done<O> = O extends { do: "open" } ? { release: number } : O extends { do: "define" } ? { effect: string }
   : O extends { do: "save" } ? { file: string } : O extends { do: "write_campaign" } ? Written : unknown;
 
@@ -244,31 +245,33 @@ interface Posts {
 // What a page without a server is told beside that (host/web).
 
 /** What a verb prints, with and without --json. */
-interface Printed {
-  text: string; sentence: string; shown: { natural_frequency_rad_s: string | null; damping_ratio: string | null } | null;
-  json: { status?: Status; steps?: { residual_over_noise: number }[] };
-}
+interface Printed { text: string; sentence: string; json: object }
+interface Answers { "/api/printed": Printed; "/api/report": { html: string }; "/api/held": { files: { name: string; crc32: string }[] } }
+type Close = { do: "close" };
 /** yawrig compiled to WebAssembly, as wasm-bindgen makes it. */
 declare module "*/yawrig.js" {
   export function initSync(what: { module: WebAssembly.Module }): unknown;
-  export function begin(says: (text: string) => void): void;
+  export function begin(says: (text: string) => void, tells: (news: string) => void): void;
+  export function file(name: string): Uint8Array | undefined;
+  export function hold(name: string, bytes: Uint8Array): void;
   export function take(name: string, bytes: Uint8Array): string;
   export function answer(path: string, asked: string): string;
 }
 
-// The page (index.html, static.html, panels.html, and what the scripts put there). `pure.test.js` holds the names against it.
+// The page (index.html, server.html, static.html, live.html, panels.html, and what the scripts put there). `pure.test.js` holds the names against it.
 
 type ButtonId = "cancel-button" | "diagnose-button" | "fit-button" | "help-button" | "law-button" | "live-button" | "live-close"
   | "live-connect" | "live-mark" | "live-record" | "measure-back" | "measure-begin" | "measure-skip" | "open-button" | "replay-play"
   | "tab-derivatives" | "tab-effects" | "tab-own" | "together-button" | "uncut-button" | "own-try" | "own-add" | "own-save"
-  | "save-identify" | "save-diagnose";
-type DialogId = "campaign-dialog" | "drop-dialog" | "help" | "open-dialog";
-type InputId = "open-file" | "live-note" | "measure-file" | "measure-spring" | "measure-wind" | "replay-time";
+  | "close-button" | "folder-button" | "phone-button" | "save-button";
+type DialogId = "campaign-dialog" | "drop-dialog" | "help" | "open-dialog" | "phone-dialog" | "save-dialog";
+type DetailsId = "printed";
+type InputId = "open-file" | "open-folder" | "live-note" | "measure-file" | "measure-spring" | "measure-wind" | "replay-time";
 type SelectId = "live-device" | "live-session" | "live-source" | "live-speed" | "measure-axis" | "measure-what" | "replay-place"
   | "replay-speed";
 type TableId = "measure-points";
 type ElementOf<Id> = Id extends ButtonId ? HTMLButtonElement : Id extends DialogId ? HTMLDialogElement
-  : Id extends InputId ? HTMLInputElement : Id extends SelectId ? HTMLSelectElement : Id extends TableId ? HTMLTableElement : HTMLElement;
+  : Id extends DetailsId ? HTMLDetailsElement : Id extends InputId ? HTMLInputElement : Id extends SelectId ? HTMLSelectElement : Id extends TableId ? HTMLTableElement : HTMLElement;
 type Tag = keyof HTMLElementTagNameMap;
 /** The target of what a field hears is the field. */
 type Heard<T extends Tag> = {

@@ -2,9 +2,11 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import test from "node:test";
+import { whole } from "./scripts/dropped.js";
 import { wrapped } from "./scripts/own.js";
 import { paired } from "./scripts/derivatives.js";
 import { shown } from "./scripts/measure.js";
+import { swings, written } from "./scripts/phone.js";
 import { trialColour } from "./scripts/panels.js";
 import { called } from "./scripts/replay.js";
 import { toldApart } from "./scripts/releases.js";
@@ -81,10 +83,10 @@ test("trials have the colours of the style sheet, again and again", () => {
 });
 
 test("the types know of what kind the page's elements are", () => {
-  const page = ["index", "static", "panels"].map((name) => readFileSync(new URL(`./scripts/${name}.html`, import.meta.url), "utf8")).join();
+  const page = ["index", "server", "static", "live", "panels"].map((name) => readFileSync(new URL(`./scripts/${name}.html`, import.meta.url), "utf8")).join();
   const types = readFileSync(new URL("../../tests/page/globals.d.ts", import.meta.url), "utf8");
   const made = ["own-try", "own-add", "own-save"];
-  for (const kind of ["Button", "Dialog", "Input", "Select", "Table"]) {
+  for (const kind of ["Button", "Details", "Dialog", "Input", "Select", "Table"]) {
     const said = types.match(new RegExp(`type ${kind}Id = ([^;]*);`))[1].match(/[\w-]+/g).filter((id) => !made.includes(id));
     const there = [...page.matchAll(new RegExp(`<${kind.toLowerCase()}\\b[^>]*? id="([^"]*)"`, "g"))].map((m) => m[1]);
     assert.deepEqual(said.sort(), [...new Set(there)].sort());
@@ -98,6 +100,24 @@ test("elements take properties, attributes and listeners", () => {
   const heard = () => {};
   make("button", { title: "t", "aria-label": "a", "data-no": null, onclick: heard }, "text", null, undefined);
   assert.deepEqual([element.title, element.attributes, element.listeners, element.children], ["t", { "aria-label": "a" }, { click: heard }, ["text"]]);
+});
+
+test("a curve of any length is told between its ends", () => {
+  const values = Array.from({ length: 300000 }, (_, k) => (k % 1000 === 0 ? null : Math.sin(k)));
+  const said = summaries.overlay({ measured_deg: values, time_s: [0, 300] }, { recorded: "yaw angle", unit: "deg" });
+  assert.equal(said, "yaw angle over time, −1 to 1 deg, from 0 to 300 s, with the model.");
+});
+
+test("a campaign's file or a model's names the others, wherever it lies", () => {
+  const all = (...names) => whole(names.map((name) => ({ name, file: null })))?.name ?? null;
+  assert.deepEqual([all("a.csv", "b.csv"), all("x/campaign.toml", "x/a.csv"), all("campaign.toml", "model.toml")], [null, "x/campaign.toml", "model.toml"]);
+  assert.equal(all("my_effect.toml", "a.csv"), null);
+});
+
+test("a phone's axis that swings is found beside one that drifts, and its samples are a file", () => {
+  const samples = Array.from({ length: 200 }, (_, k) => [k / 60, 100, 5 * Math.sin(k / 5), 0.5 * Math.sin(k / 5)]);
+  assert.equal(swings(samples), "beta");
+  assert.deepEqual(written(samples).split("\n").slice(0, 2), ["Time (s),alpha (deg/s),beta (deg/s),gamma (deg/s)", "0.0000,100,0,0"]);
 });
 
 test("a panel says in a sentence what it shows", () => {

@@ -187,6 +187,14 @@ impl Browser {
         }
     }
 
+    /// Chooses a file or a folder in a field for one, as in the system's own dialog.
+    #[track_caller]
+    pub fn choose(&mut self, selector: &str, path: &Path) {
+        let wanted = json!({"expression": format!("document.querySelector({selector:?})")});
+        let field = self.call("Runtime.evaluate", wanted)["result"]["objectId"].clone();
+        self.call("DOM.setFileInputFiles", json!({"files": [path], "objectId": field}));
+    }
+
     /// Does something in each of so many tabs that show a page of `origin`, once they are there.
     #[track_caller]
     pub fn each_tab(&mut self, origin: &str, count: usize, mut what: impl FnMut(&mut Self)) {

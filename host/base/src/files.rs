@@ -1,8 +1,12 @@
 //! Files written whole or not at all.
 
+use crate::disk;
 use crate::error::{Error, Result};
-use std::io::{BufWriter, ErrorKind, Write};
+use std::io::Write;
+#[cfg(not(target_family = "wasm"))]
+use std::io::{BufWriter, ErrorKind};
 use std::path::Path;
+#[cfg(not(target_family = "wasm"))]
 use tempfile::NamedTempFile;
 
 /// The error of a file that cannot be written.
@@ -15,6 +19,7 @@ pub fn cannot_write(path: &Path, why: &dyn std::fmt::Display) -> Error {
 ///
 /// # Errors
 /// Names the path and the system's reason.
+#[cfg(not(target_family = "wasm"))]
 pub fn make_folder(path: &Path) -> Result<()> {
     std::fs::create_dir_all(path).map_err(|e| match e.kind() {
         ErrorKind::AlreadyExists | ErrorKind::NotADirectory => {
@@ -22,6 +27,15 @@ pub fn make_folder(path: &Path) -> Result<()> {
         }
         _ => cannot_write(path, &e),
     })
+}
+
+/// In memory a folder is there with its first file.
+///
+/// # Errors
+/// None.
+#[cfg(target_family = "wasm")]
+pub fn make_folder(_: &Path) -> Result<()> {
+    Ok(())
 }
 
 /// A path as a file names it that goes from one system to another: Windows, too, takes `/`.
@@ -51,13 +65,16 @@ fn portable_on_windows(path: &str) -> String {
 /// # Errors
 /// Names the path and the system's reason.
 pub fn check_writable(path: &Path) -> Result<()> {
-    if path.is_dir() {
+    if disk::is_dir(path) {
         return Err(cannot_write(path, &"it is a folder"));
     }
-    temporary(path).map(drop)
+    #[cfg(not(target_family = "wasm"))]
+    temporary(path)?;
+    Ok(())
 }
 
 /// An empty file in the folder of `path`; gone with this value.
+#[cfg(not(target_family = "wasm"))]
 fn temporary(path: &Path) -> Result<NamedTempFile> {
     let folder = match path.parent() {
         Some(p) if !p.as_os_str().is_empty() => p,
@@ -84,6 +101,7 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
 ///
 /// # Errors
 /// Those of `write`, or names the path and the system's reason; nothing half-written is left.
+#[cfg(not(target_family = "wasm"))]
 pub fn write_atomically_with(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> Result<()>,
@@ -106,6 +124,21 @@ pub fn write_atomically_with(
         let _ = std::fs::remove_file(&written);
         fail(e)
     })
+}
+
+/// As on a disk.
+///
+/// # Errors
+/// Those of `write`.
+#[cfg(target_family = "wasm")]
+pub fn write_atomically_with(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> Result<()>,
+) -> Result<()> {
+    let mut bytes = Vec::new();
+    write(&mut bytes)?;
+    disk::hold(path, bytes);
+    Ok(())
 }
 
 #[cfg(test)]

@@ -3,6 +3,8 @@
 #![forbid(unsafe_code)]
 
 pub mod built;
+pub mod clock;
+pub mod disk;
 pub mod error;
 pub mod files;
 pub mod interrupt;

@@ -1,6 +1,8 @@
 //! Files that one program at a time writes to, and any may read.
 
-use std::fs::{File, OpenOptions};
+use crate::disk::File;
+#[cfg(not(target_family = "wasm"))]
+use std::fs::OpenOptions;
 use std::io::Result;
 use std::path::Path;
 
@@ -9,6 +11,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// The system's.
+#[cfg(not(target_family = "wasm"))]
 pub fn open(path: &Path) -> Result<Option<File>> {
     let mut options = OpenOptions::new();
     options.read(true).write(true).create(true).truncate(false);
@@ -64,14 +67,13 @@ mod system {
     }
 }
 
-/// A browser's module has no files.
+/// The files of a browser's module are seen by no other.
+///
+/// # Errors
+/// None.
 #[cfg(target_family = "wasm")]
-mod system {
-    use super::{File, OpenOptions, Path, Result};
-
-    pub fn open(options: &OpenOptions, path: &Path) -> Result<Option<File>> {
-        options.open(path).map(Some)
-    }
+pub fn open(path: &Path) -> Result<Option<File>> {
+    Ok(Some(File::open_or_make(path)))
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use super::init::MISSING;
 use super::{doubts, looked_at, CampaignFile};
 use std::path::Path;
+use yawrig_base::disk;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::derivatives::condition::Identified;
 use yawrig_core::derivatives::plausible::{Doubt, Kind};
@@ -38,7 +39,7 @@ impl Checked {
 /// Exit 3 where the file cannot be read.
 pub fn check(path: &Path) -> Result<Checked> {
     let named = path.display();
-    let text = std::fs::read_to_string(path).map_err(|e| {
+    let text = disk::read_to_string(path).map_err(|e| {
         Error::data(format!("cannot read {named}: {e}")).help("give the path of a campaign.toml")
     })?;
     Ok(check_text(&text, path, true))

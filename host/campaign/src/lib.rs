@@ -21,6 +21,7 @@ use std::collections::HashMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
+use yawrig_base::disk;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::settings;
 use yawrig_core::derivatives::at::Value;
@@ -75,7 +76,7 @@ impl CampaignFile {
     /// As there, except for a record that is missing: see [`Self::check_record`].
     pub fn read_listed(path: &Path) -> Result<Self> {
         let named = path.display();
-        let text = std::fs::read_to_string(path).map_err(|e| {
+        let text = disk::read_to_string(path).map_err(|e| {
             Error::data(format!("cannot read {named}: {e}"))
                 .help("give the path of a campaign.toml")
         })?;

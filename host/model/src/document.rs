@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use yawrig_base::disk;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::settings;
 use yawrig_core::effects::Effect;
@@ -179,10 +180,10 @@ pub fn is_own(effect: &Effect, index: usize) -> bool {
 /// Whether a file is a model's rather than a campaign's or a record: users may name any.
 pub fn is_model(file: &Path) -> bool {
     // A pipe is read by whoever takes it for a record.
-    if is_named_so(file) || !file.is_file() {
+    if is_named_so(file) || !disk::is_file(file) {
         return false;
     }
-    let text = std::fs::read_to_string(file).unwrap_or_default();
+    let text = disk::read_to_string(file).unwrap_or_default();
     text.parse::<toml::Table>().is_ok_and(|table| table.contains_key("record"))
 }
 
@@ -198,7 +199,7 @@ pub(crate) fn how_to_name() -> String {
 /// Exit 3 where it cannot be read.
 pub fn read_text(path: &Path) -> Result<String> {
     let named = path.display();
-    let text = std::fs::read_to_string(path)
+    let text = disk::read_to_string(path)
         .map_err(|e| Error::data(format!("cannot read {named}: {e}")).help(how_to_name()))?;
     match is_record(&text) {
         true => Err(Error::data(format!("{named} is a record, not a model")).help(format!(

@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+use yawrig_base::clock;
+use yawrig_base::disk;
 use yawrig_base::error::{Error, Exit, Result};
 use yawrig_base::settings;
 use yawrig_core::fit::fitting::Covariance;
@@ -101,7 +102,7 @@ impl JournalStep {
         Self {
             schema_version: SCHEMA_VERSION,
             step: 0,
-            time_utc: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
+            time_utc: humantime::format_rfc3339_seconds(clock::now()).to_string(),
             program: format!("yawrig {}", env!("CARGO_PKG_VERSION")),
             command: command.to_owned(),
             action,
@@ -168,7 +169,7 @@ impl Journal {
     /// Exit 3, naming the line: not readable, or not a journal of this program.
     pub fn of(model: &Path) -> Result<Self> {
         let path = path_of(model);
-        match std::fs::read(&path) {
+        match disk::read(&path) {
             Ok(bytes) => Self::parse(&bytes, &path),
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(Self::default()),
             Err(e) => Err(Error::data(format!("cannot read {}: {e}", path.display()))

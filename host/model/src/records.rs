@@ -2,6 +2,7 @@
 
 use crate::document::{of_file, MadeUnder, Model, RecordEntry};
 use std::path::{Component, Path, PathBuf};
+use yawrig_base::disk;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::settings;
 use yawrig_campaign::CampaignFile;
@@ -44,7 +45,7 @@ impl RecordEntry {
 pub fn listed(files: &[PathBuf], model: &Path) -> Result<Vec<Listed>> {
     let mut all: Vec<Listed> = Vec::new();
     for file in files {
-        if model.exists() && file.canonicalize().ok() == model.canonicalize().ok() {
+        if disk::exists(model) && disk::canonicalize(file).ok() == disk::canonicalize(model).ok() {
             return Err(Error::usage(format!("{} is the model, not a record", file.display()))
                 .help(format!(
                     "name it with {}: {}",
@@ -162,8 +163,8 @@ fn cannot_read(file: &Path, why: &std::io::Error) -> Error {
 /// The real path of a file that is not there.
 fn where_it_would_be(file: &Path) -> PathBuf {
     let folder = file.parent().and_then(|folder| match folder.as_os_str().is_empty() {
-        true => Path::new(".").canonicalize().ok(),
-        false => folder.canonicalize().ok(),
+        true => disk::canonicalize(".").ok(),
+        false => disk::canonicalize(folder).ok(),
     });
     match (folder, file.file_name()) {
         (Some(folder), Some(name)) => folder.join(name),
@@ -173,7 +174,7 @@ fn where_it_would_be(file: &Path) -> PathBuf {
 
 fn folder(model: &Path) -> Result<PathBuf> {
     let folder = model.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    folder.canonicalize().map_err(|e| yawrig_base::files::cannot_write(model, &e))
+    disk::canonicalize(folder).map_err(|e| yawrig_base::files::cannot_write(model, &e))
 }
 
 /// `file` as seen from `folder`, both absolute.

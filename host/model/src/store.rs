@@ -8,10 +8,10 @@
 use crate::document::{read_text, Model};
 use crate::edits;
 use crate::journal::{path_of, Action, Journal, JournalStep};
-use std::fs::File;
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use yawrig_base::disk::{self, File};
 use yawrig_base::error::Result;
 use yawrig_base::files;
 use yawrig_base::interrupt;
@@ -48,7 +48,7 @@ impl Store {
         journal.warn(path);
         let mut store = Self { path: path.to_owned(), journal, file, text: None };
         store.recover(bytes.len())?;
-        if path.exists() {
+        if disk::exists(path) {
             store.text = Some(read_text(path)?);
         }
         Ok(store)
@@ -63,7 +63,7 @@ impl Store {
             self.cut()?;
         }
         let next = next_of(&self.path);
-        let Ok(text) = std::fs::read_to_string(&next) else { return Ok(()) };
+        let Ok(text) = disk::read_to_string(&next) else { return Ok(()) };
         match self.journal.last() {
             Some(last) if last.model == text => {
                 yawrig_base::say!(
@@ -73,7 +73,7 @@ impl Store {
                 );
                 self.put_in_place(&next)
             }
-            _ => std::fs::remove_file(&next).map_err(|e| files::cannot_write(&next, &e)),
+            _ => disk::remove_file(&next).map_err(|e| files::cannot_write(&next, &e)),
         }
     }
 
@@ -136,7 +136,7 @@ impl Store {
         let next = next_of(&self.path);
         let done = self.write_next(&next, &step.model).and_then(|()| self.append(&lines));
         if let Err(error) = done {
-            let _ = std::fs::remove_file(&next);
+            let _ = disk::remove_file(&next);
             let _ = self.cut();
             return Err(error);
         }
@@ -162,7 +162,7 @@ impl Store {
     }
 
     fn put_in_place(&self, next: &Path) -> Result<()> {
-        std::fs::rename(next, &self.path)
+        disk::rename(next, &self.path)
             .and_then(|()| sync_folder(&self.path))
             .map_err(|e| files::cannot_write(&self.path, &e))
     }
@@ -172,7 +172,7 @@ impl Drop for Store {
     /// Deletes a journal to which nothing was written, while its lock is held.
     fn drop(&mut self) {
         if self.journal.whole == 0 {
-            let _ = std::fs::remove_file(path_of(&self.path));
+            let _ = disk::remove_file(path_of(&self.path));
         }
     }
 }

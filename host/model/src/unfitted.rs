@@ -5,6 +5,7 @@ use crate::journal::{path_of, Action, JournalStep};
 use crate::revise::{opened, RevisionRequest};
 use crate::store::Store;
 use std::path::Path;
+use yawrig_base::disk;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::effects::Effect;
 
@@ -44,7 +45,7 @@ pub fn reject(path: &Path, effect: Effect, asked: &RevisionRequest) -> Result<Jo
 /// # Errors
 /// Exit 2 where there is no such step, 3 where the files cannot be written.
 pub fn return_to(path: &Path, number: usize, asked: &RevisionRequest) -> Result<JournalStep> {
-    if !path_of(path).exists() {
+    if !disk::exists(&path_of(path)) {
         return Err(Error::data(format!("{} has no journal", path.display())).help(how_to_name()));
     }
     let store = Store::open(path)?;

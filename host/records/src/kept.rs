@@ -2,6 +2,7 @@
 
 use super::table::Selection;
 use std::path::{Path, PathBuf};
+use yawrig_base::disk;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_base::settings;
@@ -28,7 +29,7 @@ pub fn keep(record: &Path, selection: &Selection) -> Result<PathBuf> {
 /// What was kept for `record`; nothing where nothing was.
 pub(super) fn for_record(record: &Path) -> Result<Selection> {
     let file = beside(record);
-    let Ok(text) = std::fs::read_to_string(&file) else { return Ok(Selection::default()) };
+    let Ok(text) = disk::read_to_string(&file) else { return Ok(Selection::default()) };
     toml::from_str(&text).map_err(|e| {
         let line = e.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
         Error::data(format!("{}, line {line}: {}", file.display(), e.message()))

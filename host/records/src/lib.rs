@@ -220,17 +220,6 @@ pub fn channels(file: &Path) -> Result<Vec<Channel>> {
     format::channels(source::shown(file), format, bytes)
 }
 
-/// From now on these are the bytes of `file`, which is on no disk: a browser hands them over, and the file is
-/// read by its name like any other.
-///
-/// # Errors
-/// Exit 3 where what was compressed by itself (gzip) cannot be inflated.
-pub fn hold(file: &Path, bytes: Vec<u8>) -> Result<()> {
-    source::hold(file, bytes)?;
-    once::forget(file);
-    Ok(())
-}
-
 /// How many releases a file holds, read as `selection` says.
 ///
 /// # Errors

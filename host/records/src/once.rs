@@ -1,10 +1,10 @@
 //! Records that this process has read already: each file is parsed once, as long as it stays as it is.
 
-use super::source::Stamp;
 use super::table::Selection;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use yawrig_base::disk::{self, Seen};
 use yawrig_base::error::Result;
 use yawrig_core::identify::several;
 use yawrig_core::record::Record;
@@ -29,7 +29,7 @@ impl Whole {
 struct Key {
     file: PathBuf,
     /// None of what gives its bytes only once.
-    stamp: Option<Stamp>,
+    stamp: Option<Seen>,
     /// As it was asked for, and as is kept for its folder.
     reading: [Selection; 2],
 }
@@ -48,7 +48,7 @@ pub(super) fn whole(
     parse: impl FnOnce() -> Result<Record>,
 ) -> Result<Arc<Whole>> {
     // What changes while it is read is taken as it was before, and so read again.
-    let (stamp, reading) = (Stamp::of(file), reading.map(Clone::clone));
+    let (stamp, reading) = (disk::seen(file), reading.map(Clone::clone));
     let key = Key { file: file.to_owned(), stamp, reading };
     let all = || READ.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some((_, whole)) = all().iter().find(|(known, _)| *known == key) {
@@ -63,11 +63,6 @@ pub(super) fn whole(
         samples -= all.remove(0).1.record.len();
     }
     Ok(whole)
-}
-
-/// What was read of `file` is no longer so.
-pub(super) fn forget(file: &Path) {
-    READ.lock().unwrap_or_else(PoisonError::into_inner).retain(|(known, _)| known.file != file);
 }
 
 #[cfg(test)]

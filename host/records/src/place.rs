@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::path::{Path, PathBuf};
+use yawrig_base::disk;
 
 /// A part of a record.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,7 +49,7 @@ impl Part {
 /// named.
 pub fn parted(named: &Path) -> (PathBuf, Option<Part>) {
     let part = || {
-        if named.exists() && !named.to_str()?.starts_with("-#") {
+        if disk::exists(named) && !named.to_str()?.starts_with("-#") {
             return None;
         }
         let (file, part) = named.to_str()?.rsplit_once('#')?;
@@ -66,7 +67,7 @@ pub fn with_part(file: &Path, part: Part) -> PathBuf {
 
 /// As [`Path::is_file`].
 pub fn is_file(named: &Path) -> bool {
-    parted(named).0.is_file()
+    disk::is_file(&parted(named).0)
 }
 
 /// Whether it is `-`, the record that comes by standard input, or a release of it.
@@ -83,7 +84,7 @@ pub fn canonical(named: &Path) -> std::io::Result<PathBuf> {
         return Ok(named.to_owned());
     }
     let (file, part) = parted(named);
-    let real = file.canonicalize()?;
+    let real = disk::canonicalize(file)?;
     Ok(part.map_or(real.clone(), |part| with_part(&real, part)))
 }
 

@@ -7,12 +7,12 @@ use bytes::Bytes;
 use flate2::read::MultiGzDecoder;
 use std::collections::HashMap;
 use std::fmt::Display;
-use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
+use yawrig_base::disk::{self, Seen};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
 use yawrig_shared::checksum::crc32;
@@ -31,8 +31,7 @@ const INPUT: &str = "standard-input";
 static TAKEN_IN: LazyLock<Mutex<HashMap<PathBuf, Bytes>>> = LazyLock::new(Mutex::default);
 
 /// What was in the files that were read.
-static CONTENTS: LazyLock<Mutex<HashMap<PathBuf, (Stamp, Content)>>> =
-    LazyLock::new(Mutex::default);
+static CONTENTS: LazyLock<Mutex<HashMap<PathBuf, (Seen, Content)>>> = LazyLock::new(Mutex::default);
 
 /// By what the bytes of a file are known again.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -45,43 +44,6 @@ impl Content {
     fn of(bytes: &[u8]) -> Self {
         Self { bytes: bytes.len(), crc32: format!("{:08x}", crc32(bytes)) }
     }
-}
-
-/// A file as it was when it was read.
-#[derive(Clone, PartialEq)]
-pub(super) struct Stamp {
-    bytes: u64,
-    /// When its content was last changed.
-    changed: Option<SystemTime>,
-    identity: [i64; 4],
-}
-
-impl Stamp {
-    /// None of what is no file, or not there.
-    pub(super) fn of(file: &Path) -> Option<Self> {
-        let m = file.metadata().ok().filter(std::fs::Metadata::is_file)?;
-        Some(Self { bytes: m.len(), changed: m.modified().ok(), identity: identity(&m) })
-    }
-}
-
-/// Device and number on it, and when its entry was last changed.
-#[cfg(unix)]
-fn identity(m: &std::fs::Metadata) -> [i64; 4] {
-    use std::os::unix::fs::MetadataExt;
-    [m.dev() as i64, m.ino() as i64, m.ctime(), m.ctime_nsec()]
-}
-
-/// When it was made.
-#[cfg(windows)]
-fn identity(m: &std::fs::Metadata) -> [i64; 4] {
-    use std::os::windows::fs::MetadataExt;
-    [m.creation_time() as i64, 0, 0, 0]
-}
-
-/// A browser's module has no files.
-#[cfg(target_family = "wasm")]
-fn identity(_: &std::fs::Metadata) -> [i64; 4] {
-    [0; 4]
 }
 
 /// What messages call `file`, until [`said`] has them say it as the user does.
@@ -123,16 +85,6 @@ pub(super) fn read(file: &Path) -> Result<(Format, Bytes)> {
     Ok((format, bytes))
 }
 
-/// Takes these in as what `file` gives.
-///
-/// # Errors
-/// Exit 3 where what was compressed by itself cannot be inflated.
-pub(super) fn hold(file: &Path, bytes: Vec<u8>) -> Result<()> {
-    let bytes = whole(file, bytes, std::io::empty())?;
-    taken_in().insert(file.to_owned(), bytes.into());
-    Ok(())
-}
-
 /// Of a pipe, for which another program may be long: read by a thread of its own, so that Ctrl-C ends the
 /// wait.
 fn read_as_it_comes(file: &Path) -> Result<(Format, Bytes)> {
@@ -153,16 +105,15 @@ fn read_now(file: &Path) -> Result<(Format, Bytes)> {
     let fail = |e: &dyn Display| cannot_read(shown, e);
     let (mut from, size): (Box<dyn Read>, u64) = if place::is_standard_input(file) {
         (Box::new(std::io::stdin()), 0)
-    } else if file.is_dir() {
+    } else if disk::is_dir(file) {
         let error = fail(&"it is a folder");
         let campaign = file.join("campaign.toml");
-        return Err(match campaign.exists() {
+        return Err(match disk::exists(&campaign) {
             true => error.help(format!("give the campaign in it: {}", campaign.display())),
             false => error,
         });
     } else {
-        let opened = File::open(file).map_err(|e| fail(&e))?;
-        let size = opened.metadata().map_or(0, |m| m.len());
+        let (opened, size) = disk::open(file).map_err(|e| fail(&e))?;
         (Box::new(opened), size)
     };
     let mut bytes = Vec::with_capacity(usize::try_from(size).unwrap_or(0));
@@ -205,7 +156,7 @@ pub fn content(file: &Path) -> Option<Content> {
     let known = contents().get(&file).cloned();
     match known.filter(|(known, _)| *known == stamp) {
         Some((_, content)) => Some(content),
-        None => Some(Content::of(&std::fs::read(&file).ok()?)),
+        None => Some(Content::of(&disk::read(&file).ok()?)),
     }
 }
 
@@ -224,11 +175,11 @@ pub fn content_when_read(file: &Path) -> Option<Content> {
 }
 
 /// None of what gives its bytes only once.
-fn stamp(file: &Path) -> Option<Stamp> {
+fn stamp(file: &Path) -> Option<Seen> {
     if place::is_standard_input(file) {
         None
     } else {
-        Stamp::of(file)
+        disk::seen(file)
     }
 }
 
@@ -236,7 +187,7 @@ fn taken_in() -> MutexGuard<'static, HashMap<PathBuf, Bytes>> {
     TAKEN_IN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn contents() -> MutexGuard<'static, HashMap<PathBuf, (Stamp, Content)>> {
+fn contents() -> MutexGuard<'static, HashMap<PathBuf, (Seen, Content)>> {
     CONTENTS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

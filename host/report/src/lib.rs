@@ -37,8 +37,8 @@ pub use transfer::transfer;
 
 use serde::{Deserialize, Serialize};
 use std::path::Path;
-use std::time::SystemTime;
 use trace::Trace;
+use yawrig_base::clock;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::derivatives::at::At;
 use yawrig_core::derivatives::critical::CriticalSpeed;
@@ -139,7 +139,7 @@ impl Made {
         Self {
             program: format!("yawrig {}", env!("CARGO_PKG_VERSION")),
             command,
-            time_utc: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
+            time_utc: humantime::format_rfc3339_seconds(clock::now()).to_string(),
         }
     }
 }

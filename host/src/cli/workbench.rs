@@ -9,7 +9,7 @@ use yawrig_base::error::Result;
 use yawrig_campaign::simulated::CAMPAIGN_FILE;
 use yawrig_model::document::DEFAULT;
 use yawrig_model::revise::quoted;
-use yawrig_workbench::ServeOptions;
+use yawrig_workbench::{Opened, ServeOptions};
 
 /// Criticise a model by hand, on a page that this machine serves to its own browser.
 ///
@@ -70,10 +70,12 @@ impl Workbench {
             return print_line(&page.display().to_string());
         }
         let options = ServeOptions {
-            files: opened(&self.files)?,
-            model: self.model.clone(),
-            own: self.effects.effects()?,
-            unknown_zero: self.unknown_zero,
+            opened: Opened {
+                files: opened(&self.files)?,
+                model: self.model.clone(),
+                own: self.effects.effects()?,
+                unknown_zero: self.unknown_zero,
+            },
             port: self.port,
             allow_remote: self.allow_remote,
             device: self.device.clone(),

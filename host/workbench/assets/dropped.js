@@ -1,7 +1,9 @@
 // A file dropped on the page, from any folder: read, or asked about, and opened.
-import { by, first, make, post, send } from "./talk.js";
+import { by, first, HAS_SYSTEM, make, post, send } from "./talk.js";
 
 const QUANTITIES = [["", "what its unit says"], ["angle", "an angle"], ["rate", "a rate"], ["acceleration", "an acceleration"], ["displacement", "a displacement, or anything in proportion to it"]];
+
+/** A file and where it lies below what was dropped. @typedef {{ file: File, name: string }} Taken */
 
 /** `opened` is called with the release that a file has become. @param {Choose} opened @param {Failed} failed */
 export function take(opened, failed) {
@@ -12,15 +14,47 @@ export function take(opened, failed) {
     if (!holds(event)) return;
     event.preventDefault();
     document.body.classList.remove("dropping");
-    for (const file of event.dataTransfer?.files ?? []) {
-      try { await taken(file, opened); } catch (error) { failed(error); }
-    }
+    // What was dropped is gone once this has returned: it is asked for before anything is waited for.
+    const entries = [...event.dataTransfer?.items ?? []].map((item) => item.webkitGetAsEntry?.() ?? null), files = [...event.dataTransfer?.files ?? []];
+    const folders = HAS_SYSTEM ? [] : entries.flatMap((entry) => (entry?.isDirectory ? [entry] : []));
+    try {
+      if (folders.length) await taken((await Promise.all(folders.map((entry) => within(/** @type {FileSystemDirectoryEntry} */ (entry))))).flat(), opened, failed);
+      else await taken(files.map((file) => ({ file, name: file.name })), opened, failed);
+    } catch (error) { failed(error); }
   });
 }
 
-/** Hands a file over and opens it. @param {File} file @param {Choose} opened */
-export async function taken(file, opened) {
-  await answered(await send("/api/drop", file), opened);
+/** All files below a folder. @param {FileSystemDirectoryEntry} folder @returns {Promise<Taken[]>} */
+async function within(folder, above = "") {
+  const reader = folder.createReader(), /** @type {Taken[]} */ all = [];
+  for (;;) {
+    // A hundred at a time.
+    const /** @type {FileSystemEntry[]} */ some = await new Promise((resolve, reject) => reader.readEntries(resolve, reject));
+    if (!some.length) return all;
+    for (const entry of some) {
+      const name = `${above}${entry.name}`;
+      if (entry.isDirectory) all.push(...await within(/** @type {FileSystemDirectoryEntry} */ (entry), `${name}/`));
+      else all.push({ name, file: await new Promise((resolve, reject) => /** @type {FileSystemFileEntry} */ (entry).file(resolve, reject)) });
+    }
+  }
+}
+
+/** What others are named in: the model, else the campaign. @param {Taken[]} all */
+export const whole = (all) => ["model.toml", "campaign.toml"].flatMap((last) => all.filter(({ name }) => name === last || name.endsWith(`/${last}`)))[0] ?? null;
+
+/** Hands files over and opens them, or what a campaign or a model among them names.
+ * @param {Taken[]} all @param {Choose} opened @param {Failed} failed */
+export async function taken(all, opened, failed) {
+  const naming = HAS_SYSTEM ? null : whole(all);
+  if (!naming) {
+    for (const { file } of all) try { await answered(await send("/api/drop", file), opened); } catch (error) { failed(error); }
+    return;
+  }
+  // It names them from its own folder on.
+  const folder = naming.name.slice(0, naming.name.lastIndexOf("/") + 1);
+  const beside = all.filter(({ name }) => name.startsWith(folder) && !name.slice(folder.length).split("/").some((part) => part.startsWith(".")));
+  for (const { file, name } of beside) try { await send("/api/drop", file, name.slice(folder.length)); } catch { /* Beside the records there may be anything: what is missing is said of what names it. */ }
+  await open(naming.name.slice(folder.length), {}, opened);
 }
 
 /** @param {string} file @param {Reading} reading @param {Choose} opened */

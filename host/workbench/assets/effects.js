@@ -44,7 +44,7 @@ function drawModel(state, act) {
     make("button", { type: "button", textContent: "Remove", "data-remove": e.effect, disabled: !!state.job, onclick: () => act({ do: "remove", effect: e.effect }) }),
     make("span", { className: "values", textContent: e.parameters.map((p) => `${p.name} = ${valued(p)} ${p.unit === "1" || p.value === null ? "" : p.unit}`).join(",  ") }));
   by("in-model").replaceChildren(
-    make("p", { className: "caption", textContent: model.keeps_none ? "A second-order response, fitted to this release." : model.fault ? `${model.file} cannot be used: correct it, or return to one of the steps below` : !model.exists ? `No model yet: the first step makes ${model.file}` : model.effects.length ? "In the model, beside the second-order response:" : "The model is a second-order response, no effects." }),
+    make("p", { className: "caption", textContent: model.fault ? `${model.file} cannot be used: correct it, or return to one of the steps below` : !model.exists ? `No model yet: the first step makes ${model.file}` : model.effects.length ? "In the model, beside the second-order response:" : "The model is a second-order response, no effects." }),
     ...model.effects.map(chip));
 }
 
@@ -119,8 +119,8 @@ function candidate(c, state, act) {
   make("p", { className: "caption", textContent: c.title }),
   make("div", { className: "buttons" },
     make("button", { type: "button", textContent: is_shown ? "Hide" : "Try", "data-focus": `try-${id}`, disabled: busy || !c.can_be_tried, title: c.can_be_tried ? "Fit this release with it and lay it over the panels; nothing is written (t)" : "random: it cannot be simulated", onclick: () => { current = id; lay(id, act); } }),
-    ...state.model.keeps_none ? [] : [make("button", { type: "button", textContent: "Add", "data-focus": `add-${id}`, disabled: busy || !c.can_be_tried, title: "Into the model, fitted to all ticked releases (a)", onclick: () => { current = id; act({ do: "add", effect: id, why: why() }); } }),
-    make("button", { type: "button", textContent: "Reject", "data-focus": `reject-${id}`, disabled: busy, title: "Not this one, with the reason, in the journal (r)", onclick: () => reject(c, state, act) })],
+    make("button", { type: "button", textContent: "Add", "data-focus": `add-${id}`, disabled: busy || !c.can_be_tried, title: "Into the model, fitted to all ticked releases (a)", onclick: () => { current = id; act({ do: "add", effect: id, why: why() }); } }),
+    make("button", { type: "button", textContent: "Reject", "data-focus": `reject-${id}`, disabled: busy, title: "Not this one, with the reason, in the journal (r)", onclick: () => reject(c, state, act) }),
     trial));
   if (c.rejected) item.append(make("p", { className: "caption", textContent: `rejected in step ${c.rejected.step}: ${c.rejected.why || "no reason given"}` }));
   if (open === id) {
@@ -128,7 +128,7 @@ function candidate(c, state, act) {
     item.append(make("dl", { className: "card" },
       ...line("moment", make("code", { textContent: c.formula })), ...line("cause", c.cause), ...line("seen as", c.fingerprint),
       ...line("confirm", c.confirm), ...line("remove", c.remove)));
-    if (!state.model.keeps_none) item.append(make("input", {
+    item.append(make("input", {
       className: "note", placeholder: "reason, for the journal", value: notes.get(id) || "", "data-focus": `note-${id}`, "aria-label": `reason to add or reject ${c.title}`,
       oninput: (event) => notes.set(id, event.target.value),
       onkeydown: (event) => { if (event.key === "Enter" && rejecting === id) reject(c, state, act); },

@@ -1,5 +1,5 @@
 // The panels: one cursor and one stretch of time for all of them.
-import { by, digits, get, ratio } from "./talk.js";
+import { by, digits, get, HAS_SYSTEM, ratio } from "./talk.js";
 import * as summaries from "./summaries.js";
 
 /**
@@ -75,7 +75,7 @@ export function build() {
     x: time, y: { label: () => `residual (${units().unit})`, size: 46 }, zoomed, pointed: pointed("residual"),
     band: () => 2 * (seen.curves?.noise_deg ?? 0),
   });
-  plots.phase = Plots.plane(by("plot-phase"), { x: () => `${units().coordinate} (${units().of})`, y: () => `${units().rate} (${units().rate_unit})`, unit: () => units().moment, noise });
+  plots.phase = Plots.plane(by("plot-phase"), { x: () => `${units().coordinate} (${units().of})`, y: () => `${units().rate} (${units().rate_unit})`, unit: () => units().moment, noise, least: SCALE });
   const law = (/** @type {CutPanel} */ id, /** @type {Label} */ label) => Plots.lines(by(`plot-${id}`), {
     x: { label }, y: { label: () => units().moment, range: (min, max) => around(id, min, max, [...beside[id], -SCALE * noise(), SCALE * noise()]) }, marks: () => marks[id], band: () => 2 * noise(),
   });
@@ -283,7 +283,7 @@ const BLANK = " ";
 function drawTime() {
   const c = seen.curves;
   const fault = seen.fault ? `${seen.fault.message}\n${seen.fault.help || ""}` : null;
-  plots.overlay.say(seen.release === null ? by("plot-overlay").dataset.empty || "No record is open.\nStart yawrig workbench with records, or press Open." : c ? null : fault || "reading …");
+  plots.overlay.say(seen.release === null ? HAS_SYSTEM ? "No record is open.\nStart yawrig workbench with records, or press Open." : "Drop a record here." : c ? null : fault || "reading …");
   drawEnds();
   if (!c) {
     plots.overlay.set([[]], []); plots.residual.set([[]], []); plots.residual.say(BLANK);

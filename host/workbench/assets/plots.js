@@ -337,7 +337,7 @@ const Plots = (() => {
   }
 
   /** The plane of yaw angle and yaw rate, a colour for each cell's moment.
-   * @param {HTMLElement} host @param {{ x: Label, y: Label, unit: Label, noise?: () => number }} options */
+   * @param {HTMLElement} host @param {{ x: Label, y: Label, unit: Label, noise?: () => number, least?: number }} options */
   function plane(host, options) {
     const canvas = document.createElement("canvas");
     host.append(canvas);
@@ -361,8 +361,8 @@ const Plots = (() => {
       const dx = gap(xs), dy = gap(ys), mx = Math.max(...xs.map(Math.abs)) + dx / 2, my = Math.max(...ys.map(Math.abs)) + dy / 2;
       const box = { left: 44, top: 5, width: width - 50, height: height - 5 - 34 - 20 };
       const px = (/** @type {number} */ x) => box.left + (x + mx) / (2 * mx) * box.width, py = (/** @type {number} */ y) => box.top + (my - y) / (2 * my) * box.height;
-      // Its noise keeps its pale colour, however little else there is.
-      const noise = options.noise ? options.noise() : 0, most = Math.max(8 * noise, ...cells.map((c) => Math.abs(c[2]))) || 1;
+      // Its noise keeps its pale colour, however little else there is: the scale reaches to `least` times it.
+      const noise = options.noise ? options.noise() : 0, most = cells.reduce((most, c) => Math.max(most, Math.abs(c[2])), (options.least ?? 1) * noise) || 1;
       g.fillStyle = colour("level");
       g.fillRect(box.left, box.top, box.width, box.height);
       for (const [x, y, moment] of cells) {

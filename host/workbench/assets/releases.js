@@ -1,5 +1,5 @@
 // The list of releases: grouped by spring and wind, a badge each, and what each is used for.
-import { by, first, focused, get, make, post, ratio } from "./talk.js";
+import { by, first, focused, get, HAS_SYSTEM, make, post, ratio } from "./talk.js";
 import { seen } from "./panels.js";
 
 const BADGES = {
@@ -44,7 +44,7 @@ export function draw(state, choose, failed) {
     if (groups.size > 1 || releases[0].spring !== null) rows.push(make("div", { className: "group", textContent: name }));
     rows.push(...releases.map((release) => row(release, choose, failed)));
   }
-  if (!rows.length) rows.push(make("p", { className: "empty", textContent: "No record is open. Press Open, or start yawrig workbench with records." }));
+  if (!rows.length) rows.push(make("p", { className: "empty", textContent: HAS_SYSTEM ? "No record is open. Press Open, or start yawrig workbench with records." : "No record is open. Drop one anywhere on the page, or press Open." }));
   list.replaceChildren(...rows);
   restore(focus);
   buttons(state);

@@ -6,7 +6,8 @@ const largest = (all, size) => all.reduce((/** @type {T | undefined} */ best, on
 
 /** The record between its ends and how large it is. @param {Curves} c @param {Units} u */
 export function overlay(c, u) {
-  const values = c.measured_deg.filter((y) => y !== null), [low, high] = [Math.min(...values), Math.max(...values)];
+  let low = Infinity, high = -Infinity;
+  for (const y of c.measured_deg) if (y !== null) { low = Math.min(low, y); high = Math.max(high, y); }
   const of = c.ghost_title ? ` and the model with ${c.ghost_title}` : "";
   return `${u.recorded} over time, ${digits(low)} to ${digits(high)} ${u.unit}, from ${digits(c.time_s[0])} to ${digits(c.time_s[c.time_s.length - 1])} s, with the model${of}.`;
 }

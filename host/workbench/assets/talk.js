@@ -1,6 +1,9 @@
 // What is said to the server, and what it says by itself.
 export * from "./elements.js";
 
+/** Whether yawrig has the system's folders and devices here. */
+export const HAS_SYSTEM = true;
+
 /** @template {keyof Answers} P @param {P} path @param {Record<string, string | number | null>} query @returns {Promise<Answers[P]>} */
 export async function get(path, query = {}) {
   const words = Object.entries(query).flatMap(([k, v]) => (v === null ? [] : [`${k}=${encodeURIComponent(v)}`])).join("&");
@@ -22,8 +25,8 @@ export async function post(path, body) {
 
 /** A file's bytes, under its name.
  * @param {string} path @param {File} file @returns {Promise<Posts["/api/as_read"]["answer"]>} */
-export async function send(path, file) {
-  return answer(await asked(`${path}?name=${encodeURIComponent(file.name)}`, { method: "POST", headers: { "content-type": "application/octet-stream" }, body: file }));
+export async function send(path, file, name = file.name) {
+  return answer(await asked(`${path}?name=${encodeURIComponent(name)}`, { method: "POST", headers: { "content-type": "application/octet-stream" }, body: file }));
 }
 
 /** What the page says where yawrig has gone. */

@@ -1,5 +1,5 @@
 // The page: fetches what has changed, passes on what is done, and knows the keys.
-import { by, get, GONE, listen, make, post, ratio } from "./talk.js";
+import { by, get, GONE, HAS_SYSTEM, listen, make, post, ratio } from "./talk.js";
 import * as panels from "./panels.js";
 import * as dropped from "./dropped.js";
 import * as releases from "./releases.js";
@@ -104,7 +104,7 @@ function drawHead(state) {
   const ticked = state.releases.filter((r) => r.used === "fit"), isAlone = !release || (ticked.length === 1 && ticked[0].id === release.id);
   if (broken) judged(by("verdict"), `${model.fault ? "The model cannot be used" : "This record: bad data"}: ${brief(broken.message)}`, "bad", `${broken.message}\n${broken.help}`);
   else if (release) judged(by("verdict"), `This record: ${release.verdict}`, release.badge === "pending" ? "unknown" : release.badge);
-  else judged(by("verdict"), overall.verdict, overall.status);
+  else judged(by("verdict"), HAS_SYSTEM || state.releases.length ? overall.verdict : "Drop the record of a free decay on this page, or open one.", overall.status);
   by("verdict-all").hidden = isAlone;
   judged(by("verdict-all"), overall.verdict, overall.status);
   const leftOut = by("left-out");
@@ -128,7 +128,7 @@ function drawJob(/** @type {Progress | null} */ job) {
   by("job").hidden = !job;
   document.body.toggleAttribute("data-busy", !!job);
   if (job) {
-    by("job-text").textContent = `${job.is_stopping ? "stopping" : job.what} … ${job.seconds.toFixed(0)} s, ${job.looks} trial runs`;
+    by("job-text").textContent = `${job.is_stopping ? "stopping" : job.what} … ${job.seconds.toFixed(0)} s${job.looks === null ? "" : `, ${job.looks} trial runs`}`;
     by("cancel-button").disabled = job.is_stopping;
   }
 }
@@ -145,7 +145,7 @@ async function choose(id) {
 }
 
 live.onVerdict(() => { if (state) drawHead(state); });
-panels.onView(() => { if (state) { drawHead(state); drawSide(state); } });
+panels.onView(() => { if (state) { drawHead(state); drawSide(state); } diagnoseFirst(); });
 
 let /** @type {number | null} */ soon = null;
 function heard(/** @type {News} */ news) {
@@ -178,7 +178,8 @@ function tab(/** @type {TABS[number]} */ name) {
 
 // Keys.
 
-/** @type {[shown: string, what: string, act: ((event: KeyboardEvent, state: State) => void) | null, keys: string[]][]} */
+/** @typedef {[shown: string, what: string, act: ((event: KeyboardEvent, state: State) => void) | null, keys: string[]]} Key */
+/** @type {Key[]} */
 const KEYS = [
   ["j  k", "next, previous release", (e) => choose(releases.neighbour(e.key === "j" ? 1 : -1)), ["j", "k"]],
   ["f  h", "tick this release as fitted, as held out", (e, now) => toggle(now, e.key === "f" ? "fit" : "hold_out"), ["f", "h"]],
@@ -196,10 +197,10 @@ const KEYS = [
   ["z", "all of the record", () => panels.zoom(null, null), ["z"]],
   ["x", "analyse only the stretch in view, or, with all in view, all of the record", () => panels.cut(), ["x"]],
   ["1  2  3", "effects, your own, derivatives", (e) => tab(TABS[+e.key - 1]), ["1", "2", "3"]],
-  ["l", "follow a device or show a stored session, or back to the releases", () => live.toggle(), ["l"]],
-  ["Space  [  ]", "a stored session: play or pause; to the mark or release before, after; arrows: 5 s", null, []],
-  ["o", "open a record of this folder", () => releases.openDialog(opened, failed, makeCampaign), ["o"]],
-  ["g", "make a campaign.toml of the folder's records", () => makeCampaign(), ["g"]],
+  ...!HAS_SYSTEM ? [] : /** @type {Key[]} */ ([["l", "follow a device or show a stored session, or back to the releases", () => live.toggle(), ["l"]],
+  ["Space  [  ]", "a stored session: play or pause; to the mark or release before, after; arrows: 5 s", null, []]]),
+  ["o", HAS_SYSTEM ? "open a record of this folder" : "open records", () => open(), ["o"]],
+  ...!HAS_SYSTEM ? [] : /** @type {Key[]} */ ([["g", "make a campaign.toml of the folder's records", () => makeCampaign(), ["g"]]]),
   ["Esc", "cancel what is under way", () => cancel(), ["Escape"]],
   ["?", "this list", () => by("help").showModal(), ["?"]],
 ];
@@ -212,7 +213,20 @@ function toggle(state, used) {
 const diagnose = () => { if (seen.release !== null) act({ do: "diagnose", release: seen.release }); };
 const cancel = () => { if (!by("job").hidden) post("/api/do", { do: "cancel" }).catch(failed); };
 const makeCampaign = () => campaign.open(failed, fetchState);
-const opened = (/** @type {number} */ id) => fetchState().then(() => choose(id));
+async function opened(/** @type {number} */ id) {
+  await fetchState();
+  await choose(id);
+  // Who opens one record without having installed anything wants to know what is in it: once it is drawn.
+  if (!HAS_SYSTEM && state && state.releases.length === 1 && !state.model.exists) { isFirst = true; diagnoseFirst(); }
+}
+let isFirst = false;
+async function diagnoseFirst() {
+  if (!isFirst || !seen.view) return;
+  isFirst = false;
+  await fetchState();
+  diagnose();
+}
+const open = () => (HAS_SYSTEM ? releases.openDialog(opened, failed, makeCampaign) : by("open-file").click());
 function back(/** @type {State} */ { steps }) {
   const last = steps[steps.length - 1];
   if (last && last.step > 1) act({ do: "return", step: last.step - 1 });
@@ -251,14 +265,14 @@ function start() {
   });
   own.build(act, say, failed);
   live.build(failed);
-  by("live-button").onclick = live.toggle;
+  if (HAS_SYSTEM) by("live-button").onclick = live.toggle;
   by("help").replaceChildren(make("p", { className: "row close" }, make("button", { type: "button", textContent: "Close", onclick: () => by("help").close() })),
     make("h2", { textContent: "Keys" }),
     make("dl", {}, ...KEYS.flatMap(([keys, what]) => [make("dt", {}, ...keys.split("  ").flatMap((k) => [make("kbd", { textContent: k }), " "])), make("dd", { textContent: what })])),
     make("h2", { textContent: "Panels" }),
     make("dl", {}, ...[.../** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll(".panel h3, #steps-panel h3"))].flatMap((h) => [make("dt", { textContent: h.firstChild?.textContent?.trim() }), make("dd", { textContent: h.title })])));
   by("help-button").onclick = () => by("help").showModal();
-  by("open-button").onclick = () => releases.openDialog(opened, failed, makeCampaign);
+  by("open-button").onclick = open;
   dropped.take(opened, failed);
   by("fit-button").onclick = () => act({ do: "fit" });
   by("diagnose-button").onclick = diagnose;
@@ -268,7 +282,10 @@ function start() {
   for (const name of TABS) by(`tab-${name}`).onclick = () => tab(name);
   // What became known before the stream was open has been told to nobody: ask for all of it.
   listen(heard, (lost) => { if (lost) failed(GONE); else { fetchState(); panels.refresh(); live.open(); } });
-  fetchState();
+  if (HAS_SYSTEM) fetchState(); else by("verdict").textContent = "Loading yawrig …";
 }
 
 start();
+
+/** What the page that needs no server adds to it. */
+export const page = { say, failed, opened, refresh: async () => { seen.release = null; await fetchState(); await panels.refresh(); } };

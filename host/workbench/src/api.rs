@@ -3,10 +3,7 @@
 use super::app::App;
 use super::campaign::CampaignForm;
 use super::live::{self, Order};
-use super::own::Form;
-use super::session::Use;
-use super::work::Job;
-use super::{dropped, folder, show, state};
+use super::{dropped, folder};
 use axum::body::Bytes;
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
@@ -14,13 +11,14 @@ use axum::response::{IntoResponse, Response};
 use axum::Json;
 use serde::Deserialize;
 use serde_json::{json, Value};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
-use yawrig_base::error::{Error, Exit};
+use yawrig_base::error::{Error, Exit, Result};
 use yawrig_campaign::plan::Wanted;
-use yawrig_records::place::Times;
 use yawrig_records::Selection;
 use yawrig_report::channels;
+use yawrig_session::job::Job;
+use yawrig_session::requests::{self, AsRead, Deed, OfRelease, Previewed, Stretch};
 
 type Answer = std::result::Result<Json<Value>, Refused>;
 
@@ -47,7 +45,7 @@ impl IntoResponse for Refused {
 /// Off the server's own threads: files are read and curves computed.
 async fn aside(
     app: Arc<App>,
-    work: impl FnOnce(&Arc<App>) -> yawrig_base::error::Result<Value> + Send + 'static,
+    work: impl FnOnce(&Arc<App>) -> Result<Value> + Send + 'static,
 ) -> Answer {
     let done = tokio::task::spawn_blocking(move || work(&app)).await;
     let done =
@@ -55,79 +53,50 @@ async fn aside(
     Ok(Json(done?))
 }
 
-/// Bad data is an answer, not an error: the page asked what can be drawn.
-fn or_fault(drawn: yawrig_base::error::Result<Value>) -> yawrig_base::error::Result<Value> {
-    match drawn {
-        Err(e) if e.exit == Exit::Data => {
-            Ok(json!({"fault": {"message": e.message, "help": e.help}}))
-        }
-        other => other,
-    }
+/// All that the page knows.
+fn state(app: &App) -> Value {
+    let (job, ended) = (app.work.progress(), app.work.ended());
+    let mut state = yawrig_session::state(&app.bench, job.as_ref(), ended.as_ref());
+    state["live"] = app.live.to_json();
+    state
 }
 
 pub async fn state_of(State(app): State<Arc<App>>) -> Answer {
-    aside(app, |app| Ok(state::state(app))).await
+    aside(app, |app| Ok(state(app))).await
 }
 
 /// The library.
 pub async fn effects() -> Json<Value> {
-    Json(show::library())
-}
-
-#[derive(Deserialize)]
-pub struct CurvesAsked {
-    release: usize,
-    from: Option<f64>,
-    to: Option<f64>,
-    points: Option<usize>,
-    ghost: Option<String>,
+    Json(yawrig_session::library())
 }
 
 /// Measurement, models and residuals of a stretch of time.
-pub async fn curves(State(app): State<Arc<App>>, Query(asked): Query<CurvesAsked>) -> Answer {
-    aside(app, move |app| {
-        let span = [asked.from, asked.to];
-        let points = asked.points.unwrap_or(800);
-        or_fault(show::curves(app, asked.release, span, points, asked.ghost.as_deref()))
-    })
-    .await
-}
-
-#[derive(Deserialize)]
-pub struct ViewAsked {
-    release: usize,
-    from: Option<f64>,
-    to: Option<f64>,
-    ghost: Option<String>,
+pub async fn curves(State(app): State<Arc<App>>, Query(asked): Query<Stretch>) -> Answer {
+    aside(app, move |app| requests::curves(&app.bench, &asked)).await
 }
 
 /// Verdict on a release, and where the model fails in a stretch of time.
-pub async fn view(State(app): State<Arc<App>>, Query(asked): Query<ViewAsked>) -> Answer {
+pub async fn view(State(app): State<Arc<App>>, Query(asked): Query<Stretch>) -> Answer {
     aside(app, move |app| {
         app.work.want(asked.release);
-        or_fault(show::view(app, asked.release, [asked.from, asked.to], asked.ghost.as_deref()))
+        requests::view(&app.bench, &asked)
     })
     .await
 }
 
-#[derive(Deserialize)]
-pub struct ReleaseAsked {
-    release: usize,
-}
-
 /// Effects that the model may lack, best first.
-pub async fn candidates(State(app): State<Arc<App>>, Query(asked): Query<ReleaseAsked>) -> Answer {
-    aside(app, move |app| show::candidates(app, asked.release)).await
+pub async fn candidates(State(app): State<Arc<App>>, Query(asked): Query<OfRelease>) -> Answer {
+    aside(app, move |app| requests::candidates(&app.bench, &asked)).await
 }
 
 /// The law that was measured, over the cuts of a release.
-pub async fn law(State(app): State<Arc<App>>, Query(asked): Query<ReleaseAsked>) -> Answer {
-    aside(app, move |app| super::law::shown(app, asked.release)).await
+pub async fn law(State(app): State<Arc<App>>, Query(asked): Query<OfRelease>) -> Answer {
+    aside(app, move |app| requests::law(&app.bench, &asked)).await
 }
 
 /// Derivatives of the campaign before and after.
 pub async fn derivatives(State(app): State<Arc<App>>) -> Answer {
-    aside(app, |app| Ok(show::derivatives(app))).await
+    aside(app, |app| Ok(yawrig_session::derivatives(&app.bench))).await
 }
 
 #[derive(Deserialize)]
@@ -178,15 +147,9 @@ pub async fn dropped(
     .await
 }
 
-#[derive(Deserialize)]
-pub struct AsRead {
-    file: String,
-    reading: Selection,
-}
-
 /// Whether a file can be read so.
 pub async fn as_read(State(app): State<Arc<App>>, Json(asked): Json<AsRead>) -> Answer {
-    aside(app, move |_| channels::asked(Path::new(&asked.file), &asked.reading)).await
+    aside(app, move |_| requests::as_read(&asked)).await
 }
 
 /// History of a device for a page that has just been opened.
@@ -204,15 +167,9 @@ pub async fn sessions(State(app): State<Arc<App>>) -> Answer {
     aside(app, |app| Ok(live::stored(&app.session().model_path.clone()))).await
 }
 
-#[derive(Deserialize)]
-pub struct PreviewAsked {
-    release: Option<usize>,
-    form: Form,
-}
-
 /// A user's own effect as far as it is typed.
-pub async fn preview(State(app): State<Arc<App>>, Json(asked): Json<PreviewAsked>) -> Answer {
-    aside(app, move |app| Ok(super::own::preview(app, asked.release, &asked.form))).await
+pub async fn preview(State(app): State<Arc<App>>, Json(asked): Json<Previewed>) -> Answer {
+    aside(app, move |app| Ok(requests::preview(&app.bench, &asked))).await
 }
 
 /// What a user does: at once, or as a job of the worker's.
@@ -220,21 +177,6 @@ pub async fn preview(State(app): State<Arc<App>>, Json(asked): Json<PreviewAsked
 #[serde(tag = "do", rename_all = "snake_case")]
 pub enum Act {
     Cancel,
-    Tick {
-        releases: Vec<usize>,
-        used: Use,
-    },
-    Open {
-        file: String,
-        #[serde(default)]
-        reading: Selection,
-    },
-    /// Analyses what lies between two times of a release's record.
-    Between {
-        release: usize,
-        from_s: Option<f64>,
-        to_s: Option<f64>,
-    },
     /// Follows a device.
     Connect {
         device: String,
@@ -266,14 +208,6 @@ pub enum Act {
     Jump {
         time_s: f64,
     },
-    /// Makes the form's effect one of those that can be tried and added.
-    Define {
-        form: Form,
-    },
-    /// Writes the form's effect to a file beside the model.
-    Save {
-        form: Form,
-    },
     /// Writes the campaign that a form describes.
     WriteCampaign {
         #[serde(flatten)]
@@ -282,13 +216,15 @@ pub enum Act {
     },
     #[serde(untagged)]
     Begin(Job),
+    #[serde(untagged)]
+    Deed(Deed),
 }
 
 pub async fn act(State(app): State<Arc<App>>, Json(act): Json<Act>) -> Answer {
     aside(app, move |app| do_it(app, act)).await
 }
 
-fn do_it(app: &Arc<App>, act: Act) -> yawrig_base::error::Result<Value> {
+fn do_it(app: &Arc<App>, act: Act) -> Result<Value> {
     let order = |order| app.live.order(order);
     match act {
         Act::Begin(job) => {
@@ -298,27 +234,14 @@ fn do_it(app: &Arc<App>, act: Act) -> yawrig_base::error::Result<Value> {
             app.work.begin(job)?;
         }
         Act::Cancel => app.work.cancel(),
-        Act::Tick { releases, used } => {
-            let mut session = app.session();
-            for id in releases {
-                let release = session.release(id)?;
-                if let Some(fault) = release.source.fault().filter(|_| used != Use::Out) {
-                    return Err(fault.clone());
-                }
-                session.releases[id].used = used;
+        Act::Deed(deed) => {
+            let is_tick = matches!(deed, Deed::Tick { .. });
+            let done = deed.run(&app.bench)?;
+            if let Some(id) = done["release"].as_u64() {
+                app.work.want(id as usize);
             }
-            drop(session);
             app.news.all_may_differ();
-            return Ok(state::state(app));
-        }
-        Act::Open { file, reading } => {
-            let id = folder::open(app, &file, &reading)?;
-            app.news.all_may_differ();
-            return Ok(json!({"release": id}));
-        }
-        Act::Between { release, from_s, to_s } => {
-            folder::between(app, release, Times { from_s, to_s })?;
-            app.news.all_may_differ();
+            return Ok(if is_tick { state(app) } else { done });
         }
         Act::Connect { device, speed } => app.follow(&device, speed.unwrap_or(1.0))?,
         Act::Replay { session } => live::replay(&app.live, &session)?,
@@ -333,17 +256,7 @@ fn do_it(app: &Arc<App>, act: Act) -> yawrig_base::error::Result<Value> {
         Act::Pause => order(Order::Pause)?,
         Act::Speed { times } => order(Order::Speed(times))?,
         Act::Jump { time_s } => order(Order::Jump(time_s))?,
-        Act::Define { form } => {
-            let effect = form.define()?;
-            app.session().take_own(effect.clone());
-            app.news.all_may_differ();
-            return Ok(json!({"effect": effect}));
-        }
         Act::WriteCampaign { form, over } => return form.write(app, over),
-        Act::Save { form } => {
-            let file = form.save(&app.session().model_path)?;
-            return Ok(json!({"file": file.display().to_string()}));
-        }
     }
     Ok(json!({}))
 }

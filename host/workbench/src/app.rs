@@ -3,19 +3,19 @@
 use super::access::Access;
 use super::live::{self, Shown};
 use super::news::News;
-use super::session::Session;
 use super::work::Work;
-use serde_json::json;
+use serde_json::{json, Value};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, MutexGuard};
 use yawrig_base::error::Result;
 use yawrig_model::records;
 use yawrig_records::Selection;
+use yawrig_session::{Bench, Session};
 
 pub struct App {
     pub access: Arc<Access>,
     pub news: News,
-    session: Mutex<Session>,
+    pub bench: Bench,
     pub work: Work,
     pub live: Arc<Shown>,
 }
@@ -23,18 +23,20 @@ pub struct App {
 impl App {
     pub fn new(access: Access, session: Session) -> Result<Self> {
         let news = News::default();
+        let pages = news.clone();
+        let told = Box::new(move |news: &Value| pages.send(news));
         Ok(Self {
             access: Arc::new(access),
-            session: Mutex::new(session),
+            bench: Bench::new(session, told),
             work: Work::new()?,
             live: Arc::new(Shown::new(news.clone())),
             news,
         })
     }
 
-    /// Locked for moments only: nothing is read or fitted meanwhile.
+    /// As [`Bench::session`].
     pub fn session(&self) -> MutexGuard<'_, Session> {
-        self.session.lock().unwrap_or_else(PoisonError::into_inner)
+        self.bench.session()
     }
 
     /// Sees what another program or the user's editor has made of the model, and says how the work gets on.

@@ -10,13 +10,28 @@ pub struct Asset {
     pub text: Cow<'static, str>,
 }
 
-/// What both pages have in common, and where it stands in them.
-const PANELS: &str = include_str!("../assets/panels.html");
-const PANELS_MARK: &str = "<!-- panels.html -->\n";
+/// What both pages have in common.
+const PAGE: &str = include_str!("../assets/index.html");
+const PANELS: [&str; 2] = ["<!-- panels.html -->\n", include_str!("../assets/panels.html")];
+/// What is followed live, on the page that has a server.
+const LIVE: [&str; 2] = ["<!-- live.html -->\n", include_str!("../assets/live.html")];
+/// What each of them has in a place of its own, with the name of the place before it.
+const OF_SERVER: &str = include_str!("../assets/server.html");
+const OF_STILL: &str = include_str!("../assets/static.html");
+const PLACES: [&str; 7] = ["title", "policy", "scripts", "opening", "nav", "printed", "dialogs"];
 
-/// A page with its panels.
-fn page(text: &str) -> Asset {
-    Asset { kind: "text/html; charset=utf-8", text: text.replace(PANELS_MARK, PANELS).into() }
+/// The page with these parts in their places.
+fn page(parts: &str, live: &str) -> String {
+    let text = PAGE.replace(PANELS[0], PANELS[1]).replace(LIVE[0], live);
+    PLACES.iter().fold(text, |text, name| {
+        let place = format!("<!-- {name} -->");
+        let part = parts.split_once(&place).map_or("", |(_, rest)| rest);
+        text.replace(&place, part.split("\n<!-- ").next().unwrap_or_default().trim_end())
+    })
+}
+
+fn html(text: String) -> Asset {
+    Asset { kind: "text/html; charset=utf-8", text: text.into() }
 }
 
 macro_rules! asset {
@@ -40,22 +55,33 @@ pub const OFFLINE: &str = include_str!("../assets/offline.js");
 /// The files of the page that needs no server, but for the module.
 pub fn still() -> Vec<(&'static str, Asset)> {
     let own = [
-        ("index.html", page(include_str!("../assets/static.html"))),
+        // From whatever folder it is served.
+        ("index.html", html(page(OF_STILL, "").replace("=\"/", "=\""))),
         ("static.css", asset!("text/css; charset=utf-8", "static.css")),
         ("static.js", script!("static")),
         ("backend.js", script!("backend")),
+        ("store.js", script!("store")),
+        ("phone.js", script!("phone")),
         ("worker.js", script!("worker")),
         // A worker in the server's place.
         ("talk.js", script!("talk-worker")),
+        ("live.js", script!("absent")),
+        ("campaign.js", script!("absent")),
     ];
     let shared = [
         "workbench.css",
         "uplot.css",
         "uplot.js",
         "plots.js",
+        "workbench.js",
         "panels.js",
         "summaries.js",
+        "releases.js",
         "effects.js",
+        "law.js",
+        "own.js",
+        "steps.js",
+        "derivatives.js",
         "dropped.js",
         "elements.js",
         "icon.svg",
@@ -67,7 +93,7 @@ pub fn still() -> Vec<(&'static str, Asset)> {
 /// The file at `path` of the page's address.
 pub fn at(path: &str) -> Option<Asset> {
     Some(match path {
-        "/" => page(include_str!("../assets/index.html")),
+        "/" => html(page(OF_SERVER, LIVE[1])),
         "/workbench.css" => asset!("text/css; charset=utf-8", "workbench.css"),
         "/uplot.js" => Asset { kind: "text/javascript; charset=utf-8", text: UPLOT.into() },
         "/uplot.css" => Asset { kind: "text/css; charset=utf-8", text: UPLOT_STYLE.into() },
@@ -99,13 +125,30 @@ mod tests {
     use super::*;
 
     #[test]
-    fn both_pages_have_the_panels() {
+    fn both_pages_have_all_their_parts() {
         let still =
             still().into_iter().find(|(name, _)| *name == "index.html").map(|(_, page)| page);
         for page in [at("/"), still] {
             let text = page.expect("a page").text;
             assert_eq!(text.matches("<main id=\"panels\"").count(), 1);
-            assert!(!text.contains(PANELS_MARK));
+            assert!(!text.contains("<!-- "), "{text}");
+        }
+        for (parts, has) in [(OF_SERVER, false), (OF_STILL, true)] {
+            assert!(PLACES.iter().all(|name| parts.contains(&format!("<!-- {name} -->"))));
+            assert_eq!(page(parts, "").contains("Content-Security-Policy"), has);
+        }
+    }
+
+    /// A script that is missing is asked for in vain.
+    #[test]
+    fn the_page_without_a_server_has_every_file_that_its_scripts_import() {
+        let files = still();
+        for (name, asset) in files.iter().filter(|(name, _)| name.ends_with(".js")) {
+            for part in asset.text.split("from \"./").skip(1) {
+                let wanted = part.split('"').next().unwrap_or_default();
+                let is_there = files.iter().any(|(name, _)| *name == wanted);
+                assert!(is_there || wanted == "yawrig.js", "{name}: {wanted}");
+            }
         }
     }
 }

@@ -1,9 +1,7 @@
 //! The loop of criticism by hand, on a page in the browser.
 //!
-//! A request is answered from what is known (`api`, `show`, `state`); what takes longer is queued (`work`)
-//! and done by one thread (`jobs`), which tells the pages when it is ready (`news`). The steps are those of
-//! [`yawrig_model::revise`], so that the model and its journal are the same whether made here or on the
-//! command line. The page asks no other host for anything, and this server answers no other page (`access`).
+//! A request is answered from what is known ([`yawrig_session`]); what takes longer is queued (`work`) and
+//! done by one thread (`jobs`), which tells the pages when it is ready (`news`). The page asks no other host for anything, and this server answers no other page (`access`).
 #![forbid(unsafe_code)]
 
 mod access;
@@ -11,25 +9,19 @@ mod api;
 mod app;
 mod assets;
 mod campaign;
-mod derived;
 mod dropped;
 mod folder;
 mod jobs;
-mod law;
 mod live;
 mod news;
 mod options;
-mod own;
 mod server;
-mod session;
-mod show;
-mod shown_law;
-mod state;
 mod still;
 mod work;
 
 pub use options::ServeOptions;
 pub use still::write as write_still;
+pub use yawrig_session::Opened;
 
 use std::net::Ipv4Addr;
 use std::sync::Arc;
@@ -41,7 +33,7 @@ use yawrig_base::interrupt;
 /// # Errors
 /// Exit 2 or 3 where the files cannot be used, 4 where the port cannot be had, 130 on Ctrl-C.
 pub fn serve(options: &ServeOptions, ready: impl FnOnce(&str) -> Result<()>) -> Result<()> {
-    let session = session::Session::new(options)?;
+    let session = yawrig_session::Session::new(&options.opened)?;
     let ip = options.allow_remote.unwrap_or(Ipv4Addr::LOCALHOST.into());
     let listener = server::bound(ip, options.port)?;
     let address = listener

@@ -1,18 +1,12 @@
 //! What is served, and to whom.
 
 use std::net::IpAddr;
-use std::path::PathBuf;
-use yawrig_core::effects::Effect;
+use yawrig_session::Opened;
 
 /// As the command line has it.
 #[derive(Clone, Debug)]
 pub struct ServeOptions {
-    /// Records, a campaign or a model.
-    pub files: Vec<PathBuf>,
-    pub model: Option<PathBuf>,
-    /// The user's own effects.
-    pub own: Vec<Effect>,
-    pub unknown_zero: bool,
+    pub opened: Opened,
     /// 0: a free one.
     pub port: u16,
     /// Another address than this machine's own.

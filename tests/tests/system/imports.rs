@@ -23,7 +23,7 @@ const NO_PROGRAM: &str = "print println eprint eprintln std::io::stdout std::io:
 /// The same, but for the page.
 const SERVER: &str = NO_PROGRAM.split_at(NO_PROGRAM.len() - "axum tokio".len()).0;
 
-pub const ROOMS: [Room; 18] = [
+pub const ROOMS: [Room; 19] = [
     ("shared", "", PURE),
     ("firmware", "shared", PURE),
     ("host/text", "", PURE),
@@ -38,10 +38,11 @@ pub const ROOMS: [Room; 18] = [
     ("host/measuring", "base campaign core link shared", NO_PROGRAM),
     ("host/model", "base campaign core expression records shared text train", NO_PROGRAM),
     ("host/report", "base campaign core model records shared", NO_PROGRAM),
+    ("host/session", "base campaign core expression model records report", NO_PROGRAM),
     ("host/study", "base campaign core firmware report rig shared train", NO_PROGRAM),
     (
         "host/workbench",
-        "base campaign core expression link measuring model records report shared",
+        "base campaign core link measuring model records report session shared",
         SERVER,
     ),
     (

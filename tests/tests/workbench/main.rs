@@ -10,6 +10,7 @@ mod law;
 mod live;
 mod looks;
 mod page;
+mod phone;
 mod refusals;
 mod replay;
 mod still;

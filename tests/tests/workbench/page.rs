@@ -2,6 +2,7 @@
 
 use crate::bench::{pictures, Bench, RUBBING};
 use serde_json::Value;
+use std::path::Path;
 use yawrig_tests::browser::{Browser, Window};
 use yawrig_tests::process::yawrig;
 
@@ -20,13 +21,29 @@ fn steps_are(count: usize) -> String {
 const IS_STRUCTURED: &str = "document.querySelector('#verdict').dataset.status === 'structured'";
 const IS_ADEQUATE: &str = "document.querySelector('#verdict').dataset.status === 'adequate'";
 
+/// The text of a file that the page's session has written; none where it is not there.
+pub type Written<'a> = dyn Fn(&mut Browser, &str) -> Option<String> + 'a;
+
 #[test]
 #[ignore = "needs Chromium: tests/run runs it"]
 fn the_loop_by_hand() {
     let bench = Bench::start(&[RUBBING], "rubbing.csv");
     let mut browser = Browser::start(WINDOW);
     browser.open(&bench.url);
+    let written = |_: &mut Browser, name: &str| std::fs::read_to_string(bench.path(name)).ok();
+    let added = the_loop(&mut browser, &written);
+    assert_eq!(browser.value("location.search"), "", "the token stays in the address");
+    let same = |ours: &Value, theirs: &Value| assert_eq!(ours, theirs);
+    let theirs = the_model_is_that_of_the_commands(bench.folder.path(), &added, &same);
+    assert_eq!(added[0], theirs);
+    an_own_effect_is_written(&mut browser, &written);
+    the_commands_go_on(bench.folder.path());
+    browser.is_clean(&bench.origin);
+}
 
+/// A record is open on the page: what it lacks is found, tried, added, and taken back; the model and the journal as
+/// they were once it had been added.
+pub fn the_loop(browser: &mut Browser, written: &Written) -> [String; 2] {
     // The failing verdict.
     browser.wait(IS_STRUCTURED);
     assert!(browser.text("#verdict").starts_with("This record: something is missing"));
@@ -34,7 +51,6 @@ fn the_loop_by_hand() {
     assert_eq!(browser.value("document.querySelector('#verdict-all').hidden"), true);
     // The figures come after the verdict.
     browser.wait("document.querySelector('#figure-white').textContent.includes('not white')");
-    assert_eq!(browser.value("location.search"), "", "the token stays in the address");
     browser.wait("document.querySelector('.badge.structured')");
 
     // What is missing, on trial.
@@ -53,16 +69,19 @@ fn the_loop_by_hand() {
     browser.wait("document.querySelector('#message').textContent.includes('coulomb_friction tried in this release') && document.body.dataset.busy === undefined");
     browser.hover(600.0, 180.0);
     browser.picture(&pictures().join("trial.png"));
-    assert!(!bench.path("model.toml").exists(), "a trial writes nothing");
+    assert_eq!(written(browser, "model.toml"), None, "a trial writes nothing");
 
     // The right effect: the staircase falls.
     browser.click("[data-effect=coulomb_friction] [data-focus=add-coulomb_friction]");
     browser.wait(&steps_are(2));
     browser.wait(IS_ADEQUATE);
-    let stairs = steps(&mut browser);
+    let stairs = steps(browser);
     assert!(stairs[0] > 2.0 * stairs[1] && stairs[1] < 1.1, "{stairs:?}");
+    // So does what was held out: the later part of the record.
+    let held = browser.value("+document.querySelector('#figure-held').textContent");
+    assert!(held.as_f64().is_some_and(|held| held < 1.3), "{held}");
     browser.picture(&pictures().join("added.png"));
-    same_as_the_command_line(&bench);
+    let added = MODEL.map(|name| written(browser, name).unwrap_or_else(|| panic!("no {name}")));
 
     // A wrong one is rejected, with a note.
     browser.click("[data-focus=reject-cubic_damping]");
@@ -75,11 +94,15 @@ fn the_loop_by_hand() {
     browser.click("#steps button[data-step='1']");
     browser.wait(&steps_are(4));
     browser.wait(IS_STRUCTURED);
+    added
+}
 
-    an_own_effect_is_written(&bench, &mut browser);
+/// What a step writes.
+pub const MODEL: [&str; 2] = ["model.toml", "model.journal.jsonl"];
 
-    // The command line goes on from there.
-    let history = yawrig("history --json").in_folder(bench.folder.path()).run().exits(0).json();
+/// The command line goes on from there.
+pub fn the_commands_go_on(folder: &Path) {
+    let history = yawrig("history --json").in_folder(folder).run().exits(0).json();
     let done: Vec<&str> = history["steps"]
         .as_array()
         .expect("steps")
@@ -88,12 +111,11 @@ fn the_loop_by_hand() {
         .collect();
     assert_eq!(done, ["fit", "add", "reject", "return", "add"]);
     assert_eq!(history["edited"], false);
-    yawrig("compare --json").in_folder(bench.folder.path()).run().exits(0);
-    browser.is_clean(&bench.origin);
+    yawrig("compare --json").in_folder(folder).run().exits(0);
 }
 
 /// An own effect: wrong, with the error under its character, then right.
-fn an_own_effect_is_written(bench: &Bench, browser: &mut Browser) {
+pub fn an_own_effect_is_written(browser: &mut Browser, written: &Written) {
     browser.click("#tab-own");
     browser.fill("[data-field=moment]", "-c * sgn(r)");
     browser.wait("!document.querySelector('#own-error').hidden");
@@ -112,31 +134,39 @@ fn an_own_effect_is_written(bench: &Bench, browser: &mut Browser) {
     browser.wait(IS_ADEQUATE);
     let stairs = steps(browser);
     assert!(stairs[3] > 2.0 * stairs[4] && stairs[4] < 1.1, "{stairs:?}");
-    assert!(bench.text("model.toml").contains("my_effect"));
+    assert!(written(browser, "model.toml").is_some_and(|text| text.contains("my_effect")));
 }
 
-/// The model is the one that the commands make, and the journal tells the same.
-fn same_as_the_command_line(bench: &Bench) {
+/// A model and its journal are those that the commands make of the record, as `same` has it; the text of theirs.
+pub fn the_model_is_that_of_the_commands(
+    record: &Path,
+    added: &[String; 2],
+    same: &dyn Fn(&Value, &Value),
+) -> String {
     let folder = tempfile::tempdir().expect("a folder");
-    std::fs::copy(bench.path("rubbing.csv"), folder.path().join("rubbing.csv")).expect("room");
+    std::fs::copy(record.join("rubbing.csv"), folder.path().join("rubbing.csv")).expect("room");
     let run = |arguments: &str| yawrig(arguments).in_folder(folder.path()).run().exits(0);
     run("fit rubbing.csv");
     run("add coulomb_friction");
-    let theirs = std::fs::read_to_string(folder.path().join("model.toml")).expect("a model");
-    assert_eq!(bench.text("model.toml"), theirs);
-    let journal = |text: String| -> Vec<Value> {
-        let line = |line: &str| {
+    let theirs = MODEL.map(|name| std::fs::read_to_string(folder.path().join(name)).expect(name));
+    let [ours, made] = [added, &theirs].map(|[model, journal]| {
+        let model: toml::Table = model.parse().expect("TOML");
+        let step = |line: &str| {
             let mut step: Value = serde_json::from_str(line).expect("JSON");
             for own in ["time_utc", "command"] {
                 step.as_object_mut().expect("a step").remove(own).expect(own);
             }
+            // The model's text, whose numbers may be other digits' there.
+            let text = step["model"].as_str().expect("a text").parse::<toml::Table>();
+            step["model"] = serde_json::to_value(text.expect("TOML")).expect("JSON");
             step
         };
-        text.lines().map(line).collect()
-    };
-    let theirs =
-        std::fs::read_to_string(folder.path().join("model.journal.jsonl")).expect("a journal");
-    assert_eq!(journal(bench.text("model.journal.jsonl")), journal(theirs));
+        let journal: Vec<Value> = journal.lines().map(step).collect();
+        serde_json::json!({ "model": model, "journal": journal })
+    });
+    same(&ours, &made);
+    let [model, _] = theirs;
+    model
 }
 
 #[test]

@@ -2,7 +2,11 @@
 
 use crate::bench::{pictures, RUBBING};
 use crate::looks::nothing_is_cut_off;
-use serde_json::Value;
+use crate::page::{
+    an_own_effect_is_written, the_commands_go_on, the_loop, the_model_is_that_of_the_commands,
+    MODEL,
+};
+use serde_json::{json, Value};
 use std::collections::HashMap;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -17,13 +21,13 @@ const PLAIN: &str =
     "simulate --natural-frequency 9.1 --damping 0.011 --rate-hz 250 --seed 4 --out plain.csv";
 
 /// The page's folder on a server that knows nothing but files.
-struct Served {
+pub struct Served {
     folder: TempDir,
-    origin: String,
+    pub origin: String,
 }
 
 impl Served {
-    fn start() -> Self {
+    pub fn start() -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         for command in [RUBBING, PLAIN] {
             yawrig(command).in_folder(folder.path()).run().exits(0);
@@ -42,6 +46,14 @@ impl Served {
         Self { folder, origin }
     }
 
+    /// A browser with the page, nothing in it yet.
+    pub fn opened(&self) -> Browser {
+        let mut browser = Browser::start(WINDOW);
+        browser.open(&format!("{}/", self.origin));
+        browser.wait(IS_EMPTY);
+        browser
+    }
+
     fn printed(&self, arguments: &str) -> String {
         yawrig(arguments).in_folder(self.folder.path()).run().exits(0).stdout
     }
@@ -51,12 +63,24 @@ impl Served {
         let text = std::fs::read_to_string(self.folder.path().join(name)).expect(name);
         dropped(browser, name, &text);
     }
+
+    fn drop_all(&self, browser: &mut Browser, names: &[&'static str]) {
+        let read = |name: &&'static str| {
+            (*name, std::fs::read_to_string(self.folder.path().join(name)).expect(name))
+        };
+        dropped_all(browser, &names.iter().map(read).collect::<Vec<_>>());
+    }
 }
 
 fn dropped(browser: &mut Browser, name: &str, text: &str) {
-    let text = serde_json::to_string(text).expect("text");
+    dropped_all(browser, &[(name, text.to_owned())]);
+}
+
+/// Drops these files at once.
+fn dropped_all(browser: &mut Browser, files: &[(&str, String)]) {
+    let files = serde_json::to_string(files).expect("texts");
     browser.value(&format!(
-        "(() => {{ const held = new DataTransfer(); held.items.add(new File([{text}], '{name}')); \
+        "(() => {{ const held = new DataTransfer(); for (const [name, text] of {files}) held.items.add(new File([text], name)); \
          document.dispatchEvent(new DragEvent('drop', {{ dataTransfer: held, bubbles: true, cancelable: true }})); return 1; }})()"
     ));
 }
@@ -87,11 +111,19 @@ fn serve(mut stream: TcpStream, page: &Path) {
     let _ = stream.write_all(head.as_bytes()).and_then(|()| stream.write_all(&body));
 }
 
-/// What the page's worker answers about its `release`th record.
-fn answered(browser: &mut Browser, verb: &str, release: usize) -> Value {
-    let asked =
-        format!("import('./talk.js').then(t => t.get('/api/{verb}', {{ release: {release} }}))");
-    browser.value(&asked)["json"].clone()
+/// What the page's worker prints of its `release`th record.
+pub fn printed(browser: &mut Browser, verb: &str, release: usize) -> Value {
+    browser.value(&format!(
+        "import('./talk.js').then(t => t.get('/api/printed', {{ verb: '{verb}', release: {release} }}))"
+    ))
+}
+
+/// A file that the page holds.
+fn held(browser: &mut Browser, name: &str) -> Option<String> {
+    let text = browser.value(&format!(
+        "import('./backend.js').then(b => b.file('{name}')).then(bytes => bytes && new TextDecoder().decode(bytes))"
+    ));
+    text.as_str().map(str::to_owned)
 }
 
 /// A value with its uncertainty is the same to a millionth of that, all else to a millionth of itself: more than
@@ -143,46 +175,47 @@ fn the_worker_cannot_ask(served: &Served) {
     }
 }
 
-const IS_JUDGED: &str =
-    "!document.querySelector('#printed-diagnose').hidden && document.body.dataset.busy === undefined";
+const IS_EMPTY: &str =
+    "document.querySelector('#verdict').textContent.startsWith('Drop the record')";
+const IS_IDLE: &str = "document.body.dataset.busy === undefined";
+/// Dry friction was found.
+const IS_FOUND: &str =
+    "document.querySelector('#diagnosis').textContent.includes('explained by coulomb_friction')";
+
+fn steps_are(count: usize) -> String {
+    format!("document.querySelectorAll('#steps button').length === {count}")
+}
 
 #[test]
 #[ignore = "needs Chromium: tests/run runs it"]
 fn a_record_dropped_on_the_page_is_judged_as_the_program_judges_it() {
     let served = Served::start();
-    let mut browser = Browser::start(WINDOW);
-    browser.open(&format!("{}/", served.origin));
-    browser.wait("document.querySelector('#verdict').textContent.startsWith('Drop the record')");
+    let mut browser = served.opened();
+    served.drop(&mut browser, "rubbing.csv");
+    // By itself, where it is the only one.
+    browser.wait(&format!("{IS_FOUND} && {IS_IDLE}"));
+    served.drop(&mut browser, "plain.csv");
+    browser.wait("document.querySelector('.release.selected')?.dataset.release === '1'");
+    browser.click("#diagnose-button");
+    browser.wait(&format!(
+        "document.querySelector('#diagnosis').textContent.includes('is adequate') && {IS_IDLE}"
+    ));
     for (id, name) in ["rubbing.csv", "plain.csv"].into_iter().enumerate() {
-        served.drop(&mut browser, name);
-        browser.wait(&format!(
-            "document.querySelector('#subtitle').textContent.startsWith('{name}') && {IS_JUDGED}"
-        ));
         for verb in ["identify", "diagnose"] {
             // To the last digit that is printed.
-            assert_eq!(
-                browser.text(&format!("#printed-{verb}")).trim_end(),
-                served.printed(&format!("{verb} {name}")).trim_end()
-            );
-            let page = answered(&mut browser, verb, id);
+            let page = printed(&mut browser, verb, id);
+            let text = page["text"].as_str().expect("a text");
+            assert_eq!(text.trim_end(), served.printed(&format!("{verb} {name}")).trim_end());
             let program = served.printed(&format!("{verb} {name} --json"));
-            are_same(&page, &serde_json::from_str(&program).expect("JSON"), verb, None);
+            are_same(&page["json"], &serde_json::from_str(&program).expect("JSON"), verb, None);
         }
     }
-    assert!(browser.text("#verdict").starts_with("This release is adequate"));
-
-    // Back to the first: what was found is still there, and an effect can be tried.
-    browser.click(".record");
-    browser.wait("document.querySelector('#verdict').textContent === 'This release is explained by coulomb_friction.'");
-    let left = |browser: &mut Browser| {
-        browser.value("+document.querySelector('#figure-with').textContent")
-    };
-    assert!(left(&mut browser).as_f64().is_some_and(|x| x < 1.1));
-    browser.click("[data-effect=cubic_damping] [data-focus=try-cubic_damping]");
-    browser
-        .wait("document.querySelector('#message').textContent.startsWith('cubic_damping tried')");
-    browser.wait("document.querySelector('#key-ghost').textContent === 'with cubic_damping'");
-    assert_eq!(browser.value("document.querySelectorAll('[data-focus^=add-]').length"), 0);
+    browser.click("#printed summary");
+    let shown = served.printed("diagnose plain.csv");
+    browser.wait(&format!(
+        "document.querySelector('#printed-diagnose').textContent.trim() === {:?}",
+        shown.trim_end()
+    ));
 
     // What is no record is refused in the words of the program.
     dropped(&mut browser, "notes.csv", "nothing,of\nthe,kind\n");
@@ -190,7 +223,21 @@ fn a_record_dropped_on_the_page_is_judged_as_the_program_judges_it() {
     browser.value("document.querySelector('#drop-dialog').close()");
     browser.is_clean(&served.origin);
     the_worker_cannot_ask(&served);
-    for (width, height, is_dark) in [(1280, 800, false), (800, 900, true), (390, 844, false)] {
+}
+
+#[test]
+#[ignore = "needs Chromium: tests/run runs it"]
+fn the_loop_by_hand_without_a_server() {
+    let served = Served::start();
+    let mut browser = served.opened();
+    served.drop(&mut browser, "rubbing.csv");
+    let added = the_loop(&mut browser, &held);
+    let same = |ours: &Value, theirs: &Value| are_same(ours, theirs, "the model", None);
+    the_model_is_that_of_the_commands(served.folder.path(), &added, &same);
+    an_own_effect_is_written(&mut browser, &held);
+    for (width, height, is_dark) in
+        [(1280, 800, false), (1920, 1080, true), (800, 900, true), (390, 844, false)]
+    {
         browser.resize(Window { width, height, is_dark });
         if width > 900 {
             nothing_is_cut_off(&mut browser, "the page without a server");
@@ -199,24 +246,66 @@ fn a_record_dropped_on_the_page_is_judged_as_the_program_judges_it() {
         let overflow = browser.value("document.documentElement.scrollWidth - innerWidth");
         assert!(overflow.as_f64().is_some_and(|x| x <= 0.0), "{width}: {overflow}");
     }
+
+    // Closed and opened again it goes on, and the law can be measured.
+    browser.resize(WINDOW);
+    browser.open(&format!("{}/", served.origin));
+    browser.wait(&steps_are(5));
+    browser.wait("document.querySelector('#verdict').dataset.status === 'adequate'");
+    browser.click("#law-button");
+    browser.wait(&format!(
+        "document.querySelector('#law').textContent.includes('Measure again') && {IS_IDLE}"
+    ));
+
+    // What is saved is what the program reads.
+    browser.click("#save-button");
+    browser.wait("document.querySelector('#save-dialog').open");
+    let names =
+        browser.value("[...document.querySelectorAll('[data-save]')].map(b => b.dataset.save)");
+    assert_eq!(names, json!([MODEL[1], MODEL[0], "report.html", "identify.json", "diagnose.json"]));
+    for name in MODEL {
+        let text = held(&mut browser, name).expect(name);
+        std::fs::write(served.folder.path().join(name), text).expect("room");
+    }
+    the_commands_go_on(served.folder.path());
+    let report = browser.value("import('./talk.js').then(t => t.get('/api/report'))");
+    std::fs::write(
+        served.folder.path().join("report.html"),
+        report["html"].as_str().expect("a page"),
+    )
+    .expect("room");
+    let data: Value =
+        serde_json::from_str(&served.printed("report --data report.html")).expect("its data");
+    assert_eq!(data["journal"].as_array().map(Vec::len), Some(5));
+
+    // Forgotten, it is empty; and what was saved, with its record, goes on again.
+    browser.value("document.querySelector('#save-dialog').close()");
+    browser.click("#close-button");
+    browser.wait(IS_EMPTY);
+    browser.open(&format!("{}/", served.origin));
+    browser.wait(IS_EMPTY);
+    served.drop_all(&mut browser, &["rubbing.csv", MODEL[1], MODEL[0]]);
+    browser.wait(&steps_are(5));
+    browser.is_clean(&served.origin);
 }
 
 #[test]
 #[ignore = "needs Chromium: tests/run runs it"]
 fn what_is_under_way_can_be_cancelled_and_asked_again() {
     let served = Served::start();
-    let mut browser = Browser::start(WINDOW);
-    browser.open(&format!("{}/", served.origin));
+    let mut browser = served.opened();
     served.drop(&mut browser, "rubbing.csv");
     // The very moment that the diagnosis begins.
     browser.wait(
         "(() => { if (!document.querySelector('#job-text').textContent.startsWith('fitting every effect')) return false; \
          document.querySelector('#cancel-button').click(); return true; })()",
     );
-    browser.wait("document.querySelector('#message').textContent.startsWith('cancelled') && document.body.dataset.busy === undefined");
-    assert_eq!(browser.value("document.querySelector('#printed-diagnose').hidden"), true);
+    browser.wait(&format!(
+        "document.querySelector('#message').textContent.startsWith('cancelled') && {IS_IDLE}"
+    ));
+    assert_eq!(browser.value(IS_FOUND), false);
     browser.click("#diagnose-button");
-    browser.wait("document.querySelector('#verdict').textContent === 'This release is explained by coulomb_friction.'");
+    browser.wait(IS_FOUND);
     browser.is_clean(&served.origin);
 }
 
@@ -224,8 +313,7 @@ fn what_is_under_way_can_be_cancelled_and_asked_again() {
 #[ignore = "needs Chromium: tests/run runs it"]
 fn once_it_was_opened_it_needs_no_network() {
     let served = Served::start();
-    let mut browser = Browser::start(WINDOW);
-    browser.open(&format!("{}/", served.origin));
+    let mut browser = served.opened();
     browser.value("navigator.serviceWorker.ready.then(() => 1)");
     // From now on its server answers that there is nothing.
     std::fs::rename(served.folder.path().join("page"), served.folder.path().join("gone"))
@@ -234,9 +322,83 @@ fn once_it_was_opened_it_needs_no_network() {
     assert_eq!(browser.value(missing), 404);
     browser.complaints.clear();
     browser.open(&format!("{}/", served.origin));
-    browser.wait("document.querySelector('#verdict').textContent.startsWith('Drop the record')");
+    browser.wait(IS_EMPTY);
     served.drop(&mut browser, "rubbing.csv");
-    browser.wait("document.querySelector('#verdict').textContent === 'This release is explained by coulomb_friction.'");
+    browser.wait(IS_FOUND);
+    browser.is_clean(&served.origin);
+}
+
+/// A campaign's file and its records, dropped together: the table, and what the releases lack.
+#[test]
+#[ignore = "needs Chromium: tests/run runs it"]
+fn a_campaign_dropped_on_the_page_comes_to_its_derivatives() {
+    let served = Served::start();
+    yawrig("simulate --campaign campaign").in_folder(served.folder.path()).run().exits(0);
+    let campaign = served.folder.path().join("campaign");
+    // Two springs are enough.
+    let text = std::fs::read_to_string(campaign.join("campaign.toml")).expect("a campaign");
+    let (head, releases) = text.split_at(text.find("[[release]]").expect("a release"));
+    let few: String = releases
+        .split("[[release]]")
+        .filter(|one| one.contains("\"K2\"") || one.contains("\"K6\""))
+        .map(|one| format!("[[release]]{one}"))
+        .collect();
+    std::fs::write(campaign.join("campaign.toml"), format!("{head}{few}")).expect("room");
+    let mut browser = served.opened();
+    browser.choose("#open-folder", &campaign);
+    browser.wait("document.querySelectorAll('.release').length === 8");
+    browser.wait("document.querySelectorAll('.badge.pending').length === 0");
+    browser.click("#fit-button");
+    browser.wait(&steps_are(1));
+    browser.click("#tab-derivatives");
+    browser.wait("document.querySelector('#pane-derivatives table')");
+    browser.click("#judge-button");
+    browser
+        .wait("document.querySelector('#pane-derivatives').textContent.includes('The campaign:')");
+    // As the program has them.
+    let page = browser.value("import('./talk.js').then(t => t.get('/api/derivatives'))");
+    let program = served.printed("diagnose campaign/campaign.toml --json");
+    let program: Value = serde_json::from_str(&program).expect("JSON");
+    let points = &program["derivatives"]["after"];
+    assert_eq!(points.as_array().map(Vec::len), Some(2), "{program}");
+    are_same(&page["judged"]["derivatives"]["after"], points, "derivatives", None);
+    browser.picture(&pictures().join("static-campaign.png"));
+    browser.is_clean(&served.origin);
+}
+
+/// What can be pressed is come to with Tab alone, and is seen to be.
+#[test]
+#[ignore = "needs Chromium: tests/run runs it"]
+fn what_the_page_has_of_its_own_is_reached_with_keys() {
+    let served = Served::start();
+    let mut browser = served.opened();
+    served.drop(&mut browser, "rubbing.csv");
+    browser.wait(&format!("{IS_FOUND} && {IS_IDLE}"));
+    browser.value("document.activeElement.blur()");
+    let mut order = Vec::new();
+    for _ in 0..40 {
+        browser.key("Tab");
+        let focus = browser.value(
+            "(() => { const e = document.activeElement, s = getComputedStyle(e); \
+             return [e.id || e.parentElement?.id || '', s.outlineStyle !== 'none' && parseFloat(s.outlineWidth) >= 1]; })()",
+        );
+        assert_eq!(focus[1], true, "the focus on {focus} is not seen");
+        order.push(focus[0].as_str().unwrap_or_default().to_owned());
+    }
+    for name in
+        ["open-button", "folder-button", "phone-button", "save-button", "close-button", "printed"]
+    {
+        assert!(order.iter().any(|one| one == name), "{name}: {order:?}");
+    }
+    browser.value("document.querySelector('#save-button').focus()");
+    browser.key("Enter");
+    browser.wait("document.querySelector('#save-dialog').open");
+    browser.key("Escape");
+    browser.wait("!document.querySelector('#save-dialog').open");
+    // No name is missing for those who do not see it.
+    let nameless = "[...document.querySelectorAll('button, input, select, dialog, summary')].filter(e => \
+        !(e.ariaLabel || e.textContent.trim() || e.labels?.length || e.title)).map(e => e.outerHTML)";
+    assert_eq!(browser.value(nameless), json!([]));
     browser.is_clean(&served.origin);
 }
 

@@ -8,6 +8,7 @@ use crate::model_fit::{Data, Recorded};
 use crate::records;
 use crate::store::Store;
 use std::path::{Path, PathBuf};
+use yawrig_base::disk;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
 use yawrig_base::settings;
@@ -177,7 +178,7 @@ fn with_held_out(mut model: Model, path: &Path, wanted: &Wanted) -> Result<Model
 
 /// The model at `path`, which must be there.
 pub(crate) fn opened(path: &Path) -> Result<(Store, Model)> {
-    if !path.exists() && !path_of(path).exists() {
+    if !disk::exists(path) && !disk::exists(&path_of(path)) {
         // Refused before a journal is made.
         read_text(path)?;
     }

@@ -5,7 +5,6 @@ mod found;
 mod source;
 mod standing;
 
-use super::options::ServeOptions;
 use super::shown_law::ShownLaw;
 use serde::{Deserialize, Serialize};
 use source::origin;
@@ -27,6 +26,17 @@ use yawrig_report::view::{Ghost, Loaded, View};
 
 /// Views and trials kept, over all models.
 const MOST_KEPT: usize = 400;
+
+/// What a session begins with.
+#[derive(Clone, Debug, Default)]
+pub struct Opened {
+    /// Records, a campaign or a model.
+    pub files: Vec<PathBuf>,
+    pub model: Option<PathBuf>,
+    /// The user's own effects.
+    pub own: Vec<Effect>,
+    pub unknown_zero: bool,
+}
 
 /// What a release is used for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -78,7 +88,7 @@ impl Session {
     /// # Errors
     /// Exit 3 where a file is not there or the model or campaign cannot be read, 2 where files are given
     /// twice or several models.
-    pub fn new(options: &ServeOptions) -> Result<Self> {
+    pub fn new(options: &Opened) -> Result<Self> {
         let is_toml = |f: &&PathBuf| f.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
         let (models, files): (Vec<&PathBuf>, Vec<&PathBuf>) =
             options.files.iter().partition(|f| is_toml(f) && is_model(f));

@@ -1,6 +1,6 @@
 //! The law that the ticked releases show, over the cuts of the missing moment, with the formulas it may be.
 
-use super::app::App;
+use super::bench::Bench;
 use super::shown_law::{about, ShownLaw};
 use serde_json::{json, Value};
 use std::path::Path;
@@ -29,14 +29,14 @@ const POINTS: i32 = 41;
 ///
 /// # Errors
 /// Exit 2 where no release is ticked to be fitted, else those of [`beside`].
-pub fn measure(app: &Arc<App>, model: &Model, path: &Path, dissipative: bool) -> Result<String> {
+pub fn measure(bench: &Bench, model: &Model, path: &Path, dissipative: bool) -> Result<String> {
     if model.records.iter().all(|r| r.held_out) {
         return Err(Error::usage("no release is ticked to be fitted")
             .help("tick one in the list on the left"));
     }
     let keep = |law: Option<ShownLaw>| {
-        app.session().shown_law = law.map(Arc::new);
-        app.news.send(&json!({"kind": "law"}));
+        bench.session().shown_law = law.map(Arc::new);
+        bench.tell(&json!({"kind": "law"}));
     };
     let data = Data::of(model, path)?;
     let file = largest(&data).path.clone();
@@ -151,9 +151,9 @@ fn left(measurand: &Measurand, left: &Left, frequency_rad_s: Option<f64>) -> Val
 ///
 /// # Errors
 /// Exit 2 where there is no such release.
-pub fn shown(app: &App, id: usize) -> Result<Value> {
+pub fn shown(bench: &Bench, id: usize) -> Result<Value> {
     let (law, view) = {
-        let session = app.session();
+        let session = bench.session();
         session.release(id)?;
         let view = session.view(id).and_then(|v| v.as_ref().ok()).cloned();
         (session.law(), view)

@@ -1,13 +1,13 @@
 //! The form for a user's own effect: its text as a file, errors under the character, and what the moment
 //! looks like.
 
-use super::app::App;
+use super::bench::Bench;
 use serde::Deserialize;
 use serde_json::{json, Value};
 use std::fmt::Write as _;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use yawrig_base::disk;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_core::effects::Effect;
@@ -110,7 +110,7 @@ impl Form {
         self.checked()?;
         let path = model.with_file_name(self.file());
         let text = self.written().text;
-        match std::fs::read_to_string(&path) {
+        match disk::read_to_string(&path) {
             Ok(there) if there == text => {}
             Ok(_) => {
                 return Err(Error::data(format!(
@@ -154,13 +154,13 @@ const POINTS: usize = 121;
 
 /// Errors under the character, or the moment along the two cuts of the phase plane, with each parameter at
 /// its start.
-pub fn preview(app: &Arc<App>, release: Option<usize>, form: &Form) -> Value {
+pub fn preview(bench: &Bench, release: Option<usize>, form: &Form) -> Value {
     let effect = match form.checked() {
         Ok(effect) => effect,
         Err(error) => return json!({"error": form.pointed(&error)}),
     };
     let (measurand, wn, wind, yaw_max, rate_max) = {
-        let session = app.session();
+        let session = bench.session();
         let view = release.and_then(|id| session.view(id)).and_then(|view| view.as_ref().ok());
         match view {
             Some(view) => {

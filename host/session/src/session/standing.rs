@@ -4,6 +4,7 @@ use std::collections::hash_map::DefaultHasher;
 use std::hash::{Hash, Hasher};
 use std::path::Path;
 use std::sync::Arc;
+use yawrig_base::disk::{self, Seen};
 use yawrig_base::error::Error;
 use yawrig_model::document::{read_text, Model};
 use yawrig_model::edits;
@@ -30,7 +31,7 @@ impl Standing {
         let journal = Journal::of(path);
         let fault = journal.as_ref().err().cloned();
         let steps = Arc::new(journal.map(|j| j.steps).unwrap_or_default());
-        if !path.exists() {
+        if !disk::exists(path) {
             return Self { steps, fault, ..Self::default() };
         }
         let read = || {
@@ -63,12 +64,8 @@ impl Standing {
 }
 
 /// Fingerprint of the files' state, without reading them.
-pub(super) type Stamp = [Option<(std::time::SystemTime, u64)>; 2];
+pub(super) type Stamp = [Option<Seen>; 2];
 
 pub(super) fn stamp(path: &Path) -> Stamp {
-    let of = |path: &Path| {
-        let about = path.metadata().ok()?;
-        Some((about.modified().ok()?, about.len()))
-    };
-    [of(path), of(&path_of(path))]
+    [disk::seen(path), disk::seen(&path_of(path))]
 }

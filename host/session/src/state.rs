@@ -1,6 +1,7 @@
 //! Releases, model, steps and the verdict, for the page.
 
-use super::app::App;
+use super::bench::Bench;
+use super::job::{Ended, Progress};
 use super::session::{ListedRelease, Session, Standing, Use};
 use serde_json::{json, Value};
 use std::path::Path;
@@ -11,9 +12,9 @@ use yawrig_model::journal::{Action, JournalStep};
 use yawrig_report::drawn::short;
 use yawrig_report::view::View;
 
-/// Everything but curves.
-pub fn state(app: &App) -> Value {
-    let session = app.session();
+/// Everything but curves, and but for what is live.
+pub fn state(bench: &Bench, job: Option<&Progress>, ended: Option<&Ended>) -> Value {
+    let session = bench.session();
     let releases: Vec<Value> =
         (0..session.releases.len()).map(|id| release(&session, id)).collect();
     let standing = &session.standing;
@@ -24,9 +25,9 @@ pub fn state(app: &App) -> Value {
         "steps": standing.steps.iter().map(step).collect::<Vec<_>>(),
         "has_campaign": session.campaign.is_some(),
         "own": session.own.iter().map(|e| e.id()).collect::<Vec<_>>(),
-        "job": app.work.progress(),
-        "ended": app.work.ended(),
-        "live": app.live.to_json(),
+        "job": job,
+        "ended": ended,
+        "live": null,
     })
 }
 

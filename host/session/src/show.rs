@@ -1,7 +1,7 @@
 //! Curves, views, candidates: what is known of a release, for the page.
 
-use super::app::App;
-use super::folder::times_of;
+use super::bench::Bench;
+use super::opened::times_of;
 use super::session::Session;
 use serde_json::{json, Value};
 use std::sync::Arc;
@@ -27,16 +27,16 @@ pub fn library() -> Value {
 /// # Errors
 /// Exit 3 where the record cannot be read.
 pub fn curves(
-    app: &App,
+    bench: &Bench,
     id: usize,
     span: Span,
     points: usize,
     ghost: Option<&str>,
 ) -> Result<Value> {
-    let source = app.session().release(id)?.source.clone();
+    let source = bench.session().release(id)?.source.clone();
     let loaded = source.loaded().map_err(Clone::clone)?;
     let (view, ghost) = {
-        let session = app.session();
+        let session = bench.session();
         let view = session.view(id).and_then(|v| v.as_ref().ok()).cloned();
         (view, ghost.and_then(|g| find_ghost(&session, id, g)))
     };
@@ -53,8 +53,8 @@ fn find_ghost(session: &Session, id: usize, name: &str) -> Option<Arc<Ghost>> {
 ///
 /// # Errors
 /// Those of reading the record or holding the model against it.
-pub fn view(app: &App, id: usize, span: Span, ghost: Option<&str>) -> Result<Value> {
-    let session = app.session();
+pub fn view(bench: &Bench, id: usize, span: Span, ghost: Option<&str>) -> Result<Value> {
+    let session = bench.session();
     let source = session.release(id)?.source.clone();
     let Some(view) = session.view(id).cloned() else {
         return Ok(json!({"release": id, "pending": true}));
@@ -73,11 +73,11 @@ pub fn view(app: &App, id: usize, span: Span, ghost: Option<&str>) -> Result<Val
 ///
 /// # Errors
 /// Exit 2 where there is no such release.
-pub fn candidates(app: &App, id: usize) -> Result<Value> {
-    let source = app.session().release(id)?.source.clone();
+pub fn candidates(bench: &Bench, id: usize) -> Result<Value> {
+    let source = bench.session().release(id)?.source.clone();
     let loaded = source.loaded();
     let measurand = loaded.map_or_else(|_| Measurand::default(), |l| l.record.measurand.clone());
-    let session = app.session();
+    let session = bench.session();
     session.release(id)?;
     let standing = &session.standing;
     let in_model: Vec<Effect> =
@@ -132,9 +132,9 @@ pub fn candidates(app: &App, id: usize) -> Result<Value> {
 }
 
 /// The campaign's derivatives with the second-order model and with the present one.
-pub fn derivatives(app: &App) -> Value {
+pub fn derivatives(bench: &Bench) -> Value {
     let (campaign, judged, standing) = {
-        let session = app.session();
+        let session = bench.session();
         (session.campaign.clone(), session.judged.clone(), session.standing.clone())
     };
     let Some(campaign) = campaign else { return json!({"has_campaign": false}) };
