@@ -71,6 +71,7 @@ fn a_phone_is_the_sensor() {
     assert!((value - small_rad_s).abs() < 4.0 * u && u < 0.002, "{value} ± {u}");
     // The record can be had as a file.
     browser.click("#save-button");
+    browser.wait("document.querySelector('#save-dialog').open");
     let names =
         browser.value("[...document.querySelectorAll('[data-save]')].map(b => b.dataset.save)");
     assert!(names[0].as_str().is_some_and(|name| name.starts_with("phone-")), "{names}");
