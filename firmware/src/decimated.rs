@@ -188,6 +188,11 @@ impl Decimated {
         self.blocks * BLOCK as u32
     }
 
+    /// Cycles that it holds; none before it is known how long they are.
+    pub fn cycles(&self) -> f32 {
+        self.count as f32 * self.samples_per_point() as f32 / self.cycle
+    }
+
     pub fn unit_deg(&self) -> f32 {
         self.unit_deg
     }
@@ -196,6 +201,19 @@ impl Decimated {
     pub fn end_before(&mut self, sample: u32) {
         let whole = sample.wrapping_sub(self.from_sample) / self.samples_per_point();
         self.count = self.count.min(whole as usize);
+    }
+
+    /// Forgets what came before this sample; false where it is too late to, as later samples are missing or
+    /// none has come.
+    pub fn begin_after(&mut self, sample: u32) -> bool {
+        let first = sample.wrapping_sub(self.from_sample).div_ceil(self.samples_per_point());
+        if self.full || first as usize > self.count {
+            return false;
+        }
+        self.points.copy_within(first as usize..self.count, 0);
+        self.count -= first as usize;
+        self.from_sample = self.from_sample.wrapping_add(first * self.samples_per_point());
+        true
     }
 
     /// Takes the block of the history that begins with this sample and is complete.

@@ -7,7 +7,7 @@ use crate::residual::Residual;
 use yawrig_shared::history::{History, BLOCK};
 use yawrig_shared::modal::Modal;
 use yawrig_shared::network::Estimate;
-use yawrig_shared::window::SAMPLE_RATE_HZ;
+use yawrig_shared::window::{CYCLES, SAMPLE_RATE_HZ};
 use yawrig_shared::wire::{Condition, Flags, Measured, Precise, Refined};
 
 /// Blocks recorded with one sample at most.
@@ -53,6 +53,8 @@ pub struct Refining {
     /// Amplitude at its beginning, and the sample from which on it is of no use, if there is one.
     begun_deg: f32,
     useless_from: Option<u32>,
+    /// What was before this sample was above the range.
+    above_until: u32,
     // Of the last two stages; beside the stage and not in it, so that the device is made where it stays.
     release: Release,
     fit: Fit,
@@ -79,6 +81,7 @@ impl Refining {
             stage: Stage::Idle,
             begun_deg: 0.0,
             useless_from: None,
+            above_until: 0,
             release: Release::NONE,
             fit: Fit::NONE,
             residual: Residual::NONE,
@@ -113,11 +116,20 @@ impl Refining {
         self.is_recording() && self.begun_deg > 0.0
     }
 
-    /// What is recorded began within the range, with this amplitude.
-    pub fn confirm(&mut self, amplitude_deg: f32) {
-        if self.begun_deg == 0.0 {
+    /// What is recorded is above the range still: as it leaves this sample it may come into it.
+    pub fn is_above(&mut self, until: u32) {
+        self.above_until = until;
+    }
+
+    /// Since it was above it is within the range, with this amplitude: the record begins there. False where
+    /// it has to be begun anew, as so much has come from above the range that there is no room.
+    #[must_use]
+    pub fn confirm(&mut self, amplitude_deg: f32) -> bool {
+        let begins = self.record.begin_after(self.above_until);
+        if begins {
             self.begun_deg = amplitude_deg;
         }
+        begins
     }
 
     /// A swing that may be worth recording began before this sample. While the one before is being refined
@@ -131,6 +143,7 @@ impl Refining {
         self.record.begin(first, least_deg, near_deg);
         self.begun_deg = 0.0;
         self.useless_from = None;
+        self.above_until = first;
         self.stage = Stage::Recording { next: first };
     }
 
@@ -206,6 +219,11 @@ impl Refining {
         self.stage = Stage::Idle;
         let Some(estimate) = estimate else { return };
         self.record.end_before(self.useless_from.unwrap_or(end));
+        // Cut short above the range, before what was asked for: then it is to tell as much as a window does.
+        let above = self.begun_deg == 0.0 && release.flags.has(Flags::CUT_SHORT);
+        if above && self.record.cycles() < CYCLES as f32 {
+            return;
+        }
         let count = self.record.points().len();
         let per_point = self.seconds_per_point();
         let Estimate { natural_frequency_rad_s: wn, damping_ratio: zeta, .. } = estimate;

@@ -49,15 +49,18 @@ impl Measuring {
     }
 
     /// The record for the refined estimate begins as the model leaves the first turning point from which it
-    /// swings within the range.
+    /// swings within the range. What came before is kept until then: of a release that never falls to the
+    /// range it is all there is.
     pub(super) fn record(&mut self, extreme: Extreme, context: &mut Context) {
         let height_deg = self.tracker.swing().map(|swing| 0.5 * swing.size_deg());
         let from_deg = self.sampler.settings().from_deg;
-        match height_deg {
-            Some(height_deg) if context.refining.is_recording() && height_deg <= from_deg => {
-                context.refining.confirm(height_deg);
-            }
-            _ if context.refining.is_confirmed() => {}
+        if context.refining.is_confirmed() {
+            return;
+        }
+        let is_recording = context.refining.is_recording();
+        match height_deg.filter(|_| is_recording) {
+            Some(height_deg) if height_deg > from_deg => context.refining.is_above(self.now()),
+            Some(height_deg) if context.refining.confirm(height_deg) => {}
             _ => {
                 let least_deg = self.tracker.limits().least_swing_deg;
                 context.refining.begin(self.now(), least_deg, extreme.yaw_deg);

@@ -1,5 +1,6 @@
 //! The device in memory: its sensors, its flash, its results.
 
+mod above;
 mod chip;
 mod conversions;
 mod desk;

@@ -70,7 +70,8 @@ fn played(samples: impl Iterator<Item = Sample>) -> (Vec<ReleaseResult>, Vec<Ref
     (releases, refined)
 }
 
-/// Cramer-Rao bound over all samples of the stretch the device refined.
+/// Cramer-Rao bound over all samples of the stretch the device refined. Of noise that is correlated from
+/// sample to sample it is that of white noise as strong as it is at the model's low frequency.
 fn bound(truth: &Modal, refined: &Refined, sensor: &Sensor) -> Bound {
     let wd = truth.damped_frequency_rad_s();
     let mode = Mode {
@@ -84,7 +85,9 @@ fn bound(truth: &Modal, refined: &Refined, sensor: &Sensor) -> Bound {
     let from_s = f64::from(refined.from_sample) * 1e-3 - HOLD_S;
     let time: Vec<f64> = (0..refined.samples).map(|k| from_s + f64::from(k) * 1e-3).collect();
     let zeros = vec![0.0; time.len()];
-    let noise = sensor.noise_deg.hypot(sensor.adc_step_deg / 12.0_f64.sqrt());
+    let correlation = sensor.noise_correlation;
+    let stronger = ((1.0 + correlation) / (1.0 - correlation)).sqrt();
+    let noise = (stronger * sensor.noise_deg).hypot(sensor.adc_step_deg / 12.0_f64.sqrt());
     cramer_rao(&mode, &Readings::new(&time, &zeros).all(), noise).unwrap()
 }
 
@@ -127,6 +130,21 @@ fn inside(all: &[Outcome], i: usize) -> f64 {
     share(all, |o| o.error[i].abs() <= o.u[i])
 }
 
+/// The share of errors as the bound has them, and normal, that is to be expected within 1 u. The device's u
+/// is larger than the bound: among what it leaves open is a trend.
+fn expected_inside(all: &[Outcome], i: usize) -> f64 {
+    let within = |o: &Outcome| libm::erf(o.u[i] / o.bound[i] * core::f64::consts::FRAC_1_SQRT_2);
+    all.iter().map(within).sum::<f64>() / all.len() as f64
+}
+
+/// What is inside is that share, but for what chance makes of so many: three times its scatter.
+fn holds(all: &[Outcome], i: usize) -> (f64, f64) {
+    let (covered, expected) = (inside(all, i), expected_inside(all, i));
+    let scatter = (expected * (1.0 - expected) / all.len() as f64).sqrt();
+    assert!((covered - expected).abs() <= 3.0 * scatter, "{covered} instead of {expected}");
+    (covered, expected)
+}
+
 fn rms(all: &[Outcome], of: impl Fn(&Outcome) -> f64) -> f64 {
     (all.iter().map(|o| of(o).powi(2)).sum::<f64>() / all.len() as f64).sqrt()
 }
@@ -141,13 +159,15 @@ fn errors_are_near_the_bound_and_uncertainties_hold_between_at_full_size() {
     near_the_bound(&[7.5, 15.5]);
 }
 
-/// 25 releases at each noise in a row: their rms error scatters by 10 %, a coverage of 68 % by 6.6 %; of all
-/// 500 by 3.2 % and 2.1 %.
+/// 25 releases at each noise in a row: their rms error scatters by 10 %, of all 500 by 3.2 %. The share within
+/// 1 u is held against what their own u and bounds make of it, three times as near as chance lets it be.
 fn near_the_bound(frequencies_rad_s: &[f64]) {
     let seeds: u64 = std::env::var("REFINED_SEEDS").map_or(25, |n| n.parse().expect("a number"));
-    println!("           |  rms error over bound  | network's over it | inside 1u (%) |");
     println!(
-        "  wn  zeta |     wn    zeta         |     wn    zeta    |   wn  zeta    | misfit (%)"
+        "           |  rms error over bound  | network's over it | u over bound  | inside 1u (%) |"
+    );
+    println!(
+        "  wn  zeta |     wn    zeta         |     wn    zeta    |   wn  zeta    |   wn  zeta    | misfit (%)"
     );
     let mut all = Vec::new();
     for &wn in frequencies_rad_s {
@@ -162,35 +182,42 @@ fn near_the_bound(frequencies_rad_s: &[f64]) {
                 .collect();
             let over = [0, 1].map(|i| rms(&row, |o| o.error[i] / o.bound[i]));
             let network = [0, 1].map(|i| rms(&row, |o| o.network_error[i] / o.bound[i]));
+            let wide = [0, 1].map(|i| rms(&row, |o| o.u[i] / o.bound[i]));
             let covered = [0, 1].map(|i| 100.0 * inside(&row, i));
             let misfit = 100.0 * share(&row, |o| o.misfit);
             println!(
-                "{wn:4} {zeta:5} | {:6.3}  {:6.3}         | {:7.1} {:7.1}   | {:5.1} {:5.1}   | {misfit:.1}",
-                over[0], over[1], network[0], network[1], covered[0], covered[1],
+                "{wn:4} {zeta:5} | {:6.3}  {:6.3}         | {:7.1} {:7.1}   | {:5.2} {:5.2}   | {:5.1} {:5.1}   | {misfit:.1}",
+                over[0], over[1], network[0], network[1], wide[0], wide[1], covered[0], covered[1],
             );
             // Of so few releases one at the bound shows up to three times the scatter above it.
             assert!(over.iter().all(|r| *r <= 1.3), "{wn} {zeta}: {over:?}");
             // Far below the bound would mean that the bound is wrong: four times the scatter.
             assert!(over.iter().all(|r| *r >= 0.6), "{wn} {zeta}: {over:?}");
             assert!(network.iter().zip(over).all(|(n, r)| *n > r), "{wn} {zeta}: {network:?}");
+            // Coverage is held against what u promises: so u itself is held, too. What it leaves open beside
+            // noise costs at most as much again.
+            assert!(wide.iter().all(|w| (0.95..=2.0).contains(w)), "{wn} {zeta}: {wide:?}");
             all.extend(row);
         }
     }
     let misfit = share(&all, |o| o.misfit);
     for i in 0..2 {
         let over = rms(&all, |o| o.error[i] / o.bound[i]);
-        let covered = inside(&all, i);
-        println!("all: rms error {over:.3} of the bound, {:.1} % inside 1u", 100.0 * covered);
+        let (covered, expected) = holds(&all, i);
+        println!(
+            "all: rms error {over:.3} of the bound, {:.1} % inside 1u, {:.1} expected",
+            100.0 * covered,
+            100.0 * expected
+        );
         assert!(over <= 1.1, "{over}");
-        assert!((0.62..=0.75).contains(&covered), "{covered}");
     }
     println!("misfit in {:.2} % of {}", 100.0 * misfit, all.len());
     assert!(misfit <= 0.01, "{misfit}");
 }
 
-/// Noise that is correlated from sample to sample: 200 releases a row, coverage scatters by 3.3 %.
+/// Noise that is correlated from sample to sample: 200 releases a row, coverage scatters by 3 %.
 fn coloured(modes: &[(f64, f64)]) {
-    println!("correlation   wn  zeta | inside 1u (%): wn zeta | misfit (%)");
+    println!("correlation   wn  zeta | inside 1u, expected (%): wn | zeta | misfit (%)");
     let mut mild = Vec::new();
     for correlation in [0.3, 0.5, 0.9] {
         for &(wn, zeta) in modes {
@@ -198,15 +225,16 @@ fn coloured(modes: &[(f64, f64)]) {
                 .into_par_iter()
                 .map(|seed| outcome(&modal(wn, zeta), &sensor(0.1, correlation), 3000 + seed))
                 .collect();
-            let covered = [0, 1].map(|i| inside(&row, i));
+            // White noise's would hold one time in six at the strongest correlation.
+            let [wn_holds, zeta_holds] = [0, 1].map(|i| holds(&row, i));
             println!(
-                "{correlation:11} {wn:4} {zeta:5} | {:20.1} {:5.1} | {:.1}",
-                100.0 * covered[0],
-                100.0 * covered[1],
+                "{correlation:11} {wn:4} {zeta:5} | {:20.1} {:5.1} | {:4.1} {:5.1} | {:.1}",
+                100.0 * wn_holds.0,
+                100.0 * wn_holds.1,
+                100.0 * zeta_holds.0,
+                100.0 * zeta_holds.1,
                 100.0 * share(&row, |o| o.misfit)
             );
-            // White noise's would hold one time in six at the strongest correlation.
-            assert!(covered.iter().all(|c| (0.55..=0.80).contains(c)), "{covered:?}");
             if correlation < 0.9 {
                 mild.extend(row);
             }
