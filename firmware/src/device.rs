@@ -1,8 +1,10 @@
 //! The device: samples and bytes in, bytes out.
 
 mod answers;
+mod logging;
 mod trial;
 
+use crate::journal::Journal;
 use crate::line::Line;
 use crate::linearity::{identity, Linearity};
 use crate::lock::Challenge;
@@ -14,6 +16,7 @@ use crate::sensor::{ratio, About};
 use crate::sensors::potentiometer::Potentiometer;
 use crate::slots::{Slot, Store};
 use crate::stream::Stream;
+use crate::wear::Wear;
 use embedded_storage::nor_flash::NorFlash;
 use yawrig_shared::blob::{EffectIds, Envelope, Provenance};
 use yawrig_shared::network::Network;
@@ -39,7 +42,7 @@ impl Running {
 }
 
 /// Everything the device knows and does, generic over its flash, of which it needs four places
-/// ([`crate::slots`]).
+/// ([`crate::slots`]), and takes what is behind them for its log ([`crate::journal`]).
 #[derive(Debug)]
 pub struct Device<F, const LOCKABLE: bool = true> {
     decoder: Decoder,
@@ -66,6 +69,7 @@ struct Core<F, const LOCKABLE: bool> {
     challenge: Option<Challenge>,
     permit: Option<(Challenge, u32)>,
     update: Option<Challenge>,
+    wear: Wear,
     /// Number of the lock as this start has raised it, and how many challenges it has given.
     raised: Option<u32>,
     challenges: u32,
@@ -77,6 +81,7 @@ struct Core<F, const LOCKABLE: bool> {
     remembered: Option<u32>,
     lost_bytes: u32,
     line: Line,
+    journal: Journal,
     stream: Stream,
 }
 
@@ -122,6 +127,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
                 challenge: None,
                 permit: None,
                 update: None,
+                wear: Wear::new(),
                 raised: None,
                 challenges: 0,
                 session: 0,
@@ -130,6 +136,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
                 remembered: Some(0),
                 lost_bytes: 0,
                 line: Line::new(),
+                journal: Journal::new(),
                 stream: Stream::new(),
             },
         }
@@ -140,6 +147,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
         self.core.mend_lock();
         self.core.take_up_kept();
         self.core.take_up_linearity();
+        self.core.take_up_log();
     }
 
     /// Says how well the board knows its sampling clock, as a relative standard uncertainty in millionths;
@@ -248,6 +256,10 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
     /// Goes on with what is not urgent, by some thousand instructions. Called after each sample: the samples
     /// are its clock, so that events come in the same order wherever it runs.
     pub fn work(&mut self) {
+        // Not with a piece of a refined estimate.
+        if !self.is_refining() {
+            self.core.keep_log();
+        }
         if let Some(refined) = self.core.refining.work() {
             self.core.measuring.refined(&refined);
             self.core.remembered = None;
@@ -264,7 +276,8 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
     /// Called where there is nothing else to do: the same, once the host has said that the record is over and
     /// no sample comes any more. False where nothing is left.
     pub fn idle(&mut self) -> bool {
-        let busy = self.core.measuring.is_over() && self.is_refining();
+        let left = self.is_refining() || self.core.is_log_behind();
+        let busy = self.core.measuring.is_over() && left;
         if busy {
             self.work();
         }

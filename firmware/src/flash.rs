@@ -1,5 +1,5 @@
 //! Flash as networks, lock and what was learnt are kept in: four places of one size in any `NorFlash` of
-//! [`embedded_storage`].
+//! [`embedded_storage`]. What it has behind them is the [log](crate::journal)'s.
 //!
 //! Place n begins at n times [`SLOT_BYTES`], or n times the erase size where that is larger. What is written
 //! is made up to whole write units, at least four bytes, each of which is written once between two erases:
@@ -35,7 +35,7 @@ impl Sector {
     }
 }
 
-/// Bytes from one place to the next; a flash holds four.
+/// Bytes from one place to the next; a flash holds four, and what else it has is its log's.
 pub const fn bytes<F: NorFlash>() -> usize {
     SLOT_BYTES.next_multiple_of(F::ERASE_SIZE)
 }
@@ -126,60 +126,75 @@ pub(crate) fn erase<F: NorFlash>(flash: &mut F, sector: Sector) -> Result<(), Re
 }
 
 /// NOR flash in memory, for the emulated devices and the tests: words that are written once, sectors of 16
-/// KiB.
+/// KiB. Those behind the first four are a [log](crate::journal)'s.
 #[derive(Clone, Debug)]
-pub struct MemoryFlash {
-    bytes: [u8; 4 * SLOT_BYTES],
+pub struct MemoryFlash<const SECTORS: usize = 4> {
+    bytes: [[u8; SLOT_BYTES]; SECTORS],
 }
 
-impl Default for MemoryFlash {
+impl<const SECTORS: usize> Default for MemoryFlash<SECTORS> {
     fn default() -> Self {
-        Self::new()
+        Self::erased()
     }
 }
 
 impl MemoryFlash {
+    /// One without a log.
     pub const fn new() -> Self {
-        Self { bytes: [ERASED; 4 * SLOT_BYTES] }
+        Self::erased()
+    }
+}
+
+impl MemoryFlash<8> {
+    /// One with a log, of at least 192 entries.
+    pub const fn with_log() -> Self {
+        Self::erased()
+    }
+}
+
+impl<const SECTORS: usize> MemoryFlash<SECTORS> {
+    const fn erased() -> Self {
+        Self { bytes: [[ERASED; SLOT_BYTES]; SECTORS] }
     }
 
     /// All that it holds.
     pub fn bytes(&self) -> &[u8] {
-        &self.bytes
+        self.bytes.as_flattened()
     }
 }
 
-impl ErrorType for MemoryFlash {
+impl<const SECTORS: usize> ErrorType for MemoryFlash<SECTORS> {
     type Error = NorFlashErrorKind;
 }
 
-impl ReadNorFlash for MemoryFlash {
+impl<const SECTORS: usize> ReadNorFlash for MemoryFlash<SECTORS> {
     const READ_SIZE: usize = 1;
 
     fn read(&mut self, offset: u32, room: &mut [u8]) -> Result<(), NorFlashErrorKind> {
-        let found = self.bytes.get(offset as usize..).and_then(|rest| rest.get(..room.len()));
+        let found = self.bytes().get(offset as usize..).and_then(|rest| rest.get(..room.len()));
         room.copy_from_slice(found.ok_or(NorFlashErrorKind::OutOfBounds)?);
         Ok(())
     }
 
     fn capacity(&self) -> usize {
-        self.bytes.len()
+        SECTORS * SLOT_BYTES
     }
 }
 
-impl NorFlash for MemoryFlash {
+impl<const SECTORS: usize> NorFlash for MemoryFlash<SECTORS> {
     const WRITE_SIZE: usize = 4;
     const ERASE_SIZE: usize = SLOT_BYTES;
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
         check_erase(self, from, to)?;
-        self.bytes[from as usize..to as usize].fill(ERASED);
+        self.bytes.as_flattened_mut()[from as usize..to as usize].fill(ERASED);
         Ok(())
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
         check_write(self, offset, bytes.len())?;
-        let place = &mut self.bytes[offset as usize..offset as usize + bytes.len()];
+        let place = self.bytes.as_flattened_mut();
+        let place = &mut place[offset as usize..offset as usize + bytes.len()];
         if place.iter().any(|&byte| byte != ERASED) {
             return Err(NorFlashErrorKind::Other);
         }

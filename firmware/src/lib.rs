@@ -11,7 +11,8 @@
 //! # A board
 //!
 //! brings three things of its own: flash for the networks, any
-//! [`NorFlash`](embedded_storage::nor_flash::NorFlash) of four [places](slots); a line to the host, which
+//! [`NorFlash`](embedded_storage::nor_flash::NorFlash) of four [places](slots), and behind them, where there is
+//! room, of a [log](journal); a line to the host, which
 //! says when it is ready ([`embedded_io`]); and a converter that is read every millisecond by a timer, never
 //! by the program's loop. The rest is this:
 //!
@@ -67,6 +68,7 @@ mod envelope;
 pub mod estimator;
 mod flash;
 pub mod input;
+pub mod journal;
 pub mod learning;
 pub mod line;
 pub mod linearity;
@@ -91,6 +93,7 @@ pub mod slots;
 pub mod stream;
 pub mod sums;
 pub mod swings;
+pub mod wear;
 
 /// The network of last resort, when no slot holds a valid one.
 pub const BUILT_IN: &[u8] = include_bytes!("../networks/built-in.yrn");

@@ -92,19 +92,27 @@ impl Line {
         self.kept.iter().nth(usize::from(number.wrapping_sub(oldest))).ok_or(oldest)
     }
 
-    /// The next event for the program itself; those that are not kept any more are passed over.
+    /// The next event for the program itself.
     pub fn give(&mut self) -> Option<Event> {
-        if self.next_given == self.next_event {
+        let mut next = self.next_given;
+        let event = self.next_of(&mut next);
+        self.next_given = next;
+        event
+    }
+
+    /// The event of this number, which is raised by one; those that are not kept any more are passed over.
+    pub fn next_of(&self, next: &mut u16) -> Option<Event> {
+        if *next == self.next_event {
             return None;
         }
-        let event = match self.kept(self.next_given) {
+        let event = match self.kept(*next) {
             Ok(event) => *event,
             Err(oldest) => {
-                self.next_given = oldest;
+                *next = oldest;
                 *self.kept(oldest).ok()?
             }
         };
-        self.next_given = self.next_given.wrapping_add(1);
+        *next = next.wrapping_add(1);
         Some(event)
     }
 

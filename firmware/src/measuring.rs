@@ -164,6 +164,11 @@ impl Measuring {
         self.next_condition.or(self.condition)
     }
 
+    /// What the last release was made under, as far as announced.
+    pub fn condition_of_release(&self) -> Option<Condition> {
+        self.condition
+    }
+
     /// The wind-off release that results are held against.
     pub fn reference(&self) -> Option<u32> {
         self.reference.release()

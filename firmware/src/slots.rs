@@ -64,6 +64,8 @@ pub struct Store<F, const LOCKABLE: bool = true> {
     update: Option<Update>,
     /// Slots whose networks have passed every check.
     sound: [bool; 2],
+    /// Slots that were erased, and not written to since.
+    erased: [bool; 2],
 }
 
 impl<F: NorFlash> Store<F> {
@@ -74,7 +76,7 @@ impl<F: NorFlash> Store<F> {
 
 impl<F: NorFlash, const LOCKABLE: bool> Store<F, LOCKABLE> {
     pub(crate) const fn of(flash: F) -> Self {
-        Self { flash, update: None, sound: [false; 2] }
+        Self { flash, update: None, sound: [false; 2], erased: [false; 2] }
     }
 
     /// The flash, to write the lock to.
@@ -131,7 +133,13 @@ impl<F: NorFlash, const LOCKABLE: bool> Store<F, LOCKABLE> {
         }
     }
 
-    /// Erases the slot that does not run and makes ready for `length` bytes.
+    /// Whether what an update would be written to has to be erased first. What looks erased need not be: the
+    /// power may have cut it.
+    pub fn wants_erase(&self, running: Option<Slot>) -> bool {
+        !self.erased[idle(running) as usize]
+    }
+
+    /// Erases the slot that does not run, unless nothing was written since, and makes ready for `length` bytes.
     pub fn begin(&mut self, length: u32, running: Option<Slot>) -> Result<(), Refusal> {
         let length = length as usize;
         self.update = None;
@@ -141,9 +149,12 @@ impl<F: NorFlash, const LOCKABLE: bool> Store<F, LOCKABLE> {
         if length > blob::LONGEST {
             return Err(Refusal::Blob(BlobError::TooLong));
         }
-        let slot = running.map_or(Slot::First, Slot::other);
+        let slot = idle(running);
         self.sound[slot as usize] = false;
-        erase(&mut self.flash, slot.into())?;
+        if self.wants_erase(running) {
+            erase(&mut self.flash, slot.into())?;
+            self.erased[slot as usize] = true;
+        }
         self.update = Some(Update { slot, length, written: 0, verified: false });
         Ok(())
     }
@@ -158,6 +169,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Store<F, LOCKABLE> {
         if !in_order {
             return Err(Refusal::FlashOrder { expected_offset: update.written as u32 });
         }
+        self.erased[update.slot as usize] = false;
         self.program(update.slot, blob_at::<F>() + update.written, bytes)?;
         update.written += bytes.len();
         self.update = Some(update);
@@ -221,6 +233,11 @@ impl<F: NorFlash, const LOCKABLE: bool> Store<F, LOCKABLE> {
     fn program(&mut self, slot: Slot, offset: usize, bytes: &[u8]) -> Result<(), Refusal> {
         program(&mut self.flash, slot.into(), offset, bytes)
     }
+}
+
+/// The slot that an update goes to.
+fn idle(running: Option<Slot>) -> Slot {
+    running.map_or(Slot::First, Slot::other)
 }
 
 /// In numbers that go round.

@@ -5,6 +5,7 @@
 mod condition;
 mod hello;
 mod linearity;
+mod log;
 mod results;
 mod samples;
 mod signing;
@@ -17,6 +18,7 @@ pub use condition::{rig_id, Condition, ConditionFault, Settings, FULL_SCALE_COUN
 use heapless::Vec;
 pub use hello::{Hello, HelloReply};
 pub use linearity::{Absent, Linearity, LinearityPart, PART_KNOTS};
+pub use log::{LogEntry, Logged, LOG_ENTRY};
 use postcard_schema::Schema;
 pub use results::{
     counting, Counting, Derivatives, Measured, Precise, Refined, ReleaseResult, WindowResult,
@@ -33,6 +35,8 @@ pub use status::{
 pub const CHUNK: usize = 256;
 /// Samples within which a network on trial has to be confirmed: ten seconds.
 pub const TRIAL_SAMPLES: u32 = 10_000;
+/// Samples between two erases of a network's place, once many have come at once: ten minutes.
+pub const SAMPLES_BETWEEN_ERASES: u32 = 600_000;
 /// Events a device keeps for a host that missed them.
 pub const KEPT_EVENTS: usize = 32;
 /// Key of [`Hello`] and [`HelloReply`]: "HELO".
@@ -133,6 +137,10 @@ pub enum Request {
     Linearity {
         at: u16,
     },
+    /// Asks for the first entry of the device's log that has this number or a higher one.
+    Log {
+        from: u32,
+    },
 }
 
 /// The device's answer to a [`Request`].
@@ -142,8 +150,13 @@ pub enum Reply {
     Done,
     Status(Status),
     Event(Event),
-    Challenge { number: u32, nonce: u32 },
+    Challenge {
+        number: u32,
+        nonce: u32,
+    },
     Linearity(LinearityPart),
+    /// None: there is none of that number or a higher one.
+    Log(Option<LogEntry>),
     Refused(Refusal),
 }
 
@@ -188,6 +201,12 @@ pub enum Refusal {
     },
     /// No table, or its parts did not come in order.
     Linearity,
+    /// The flash of this board has no room for a log.
+    NoLog,
+    /// A network's place has been erased so often that its flash would wear: ask again after so many samples.
+    TooOften {
+        samples: u32,
+    },
 }
 
 /// What the device says unasked.

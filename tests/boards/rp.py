@@ -15,7 +15,7 @@ reset), cells of the flash that are half erased, the cores' differences of speed
 from collections import defaultdict
 
 from board import CONVERSIONS, Board
-from rp_rom import FLASH, KEPT_BYTES
+from rp_rom import FLASH, KEPT_BYTES, PLACES_BYTES
 from rp_time import (AL1_CTRL, CHANNEL_BYTES, CHANNELS, CTRL_TRIG, DMA, READ_ADDR, TRANS_COUNT, WRITE_ADDR, Time)
 from rp_usb import INTS, Controller, Host
 from unicorn import UC_ARCH_ARM, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
@@ -241,7 +241,9 @@ class Machine(Time, Board):
         return answer
 
     def flash(self):
-        return "flash " + self.rom.kept().hex()
+        # As the device sees it: its places first, which are the last.
+        log, places = self.rom.kept()[:-PLACES_BYTES], self.rom.kept()[-PLACES_BYTES:]
+        return "flash " + (places + log).hex()
 
     def state(self):
         names = " ".join(f"{name}={self.host.string(k)}" for k, name in enumerate(("maker", "product", "serial")))

@@ -11,8 +11,9 @@ from unicorn import UC_HOOK_CODE, UC_PROT_EXEC, UC_PROT_NONE, UC_PROT_READ
 from unicorn.arm_const import UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3
 
 FLASH = 0x1000_0000
-# What the image may change: the flash's last 64 KiB.
-KEPT_BYTES = 64 << 10
+# What the image may change: the flash's last 320 KiB, the log and the networks' places.
+PLACES_BYTES = 64 << 10
+KEPT_BYTES = PLACES_BYTES + (256 << 10)
 # A sector takes as long as one may (W25Q16JV data sheet, 9.6).
 PAGE, SECTOR, SECTOR_US, PAGE_US = 256, 4096, 400_000, 400
 NAMES = {b"IF": "connect", b"EX": "exit_xip", b"RE": "erase", b"RP": "write", b"FC": "flush"}

@@ -117,18 +117,26 @@ fn carry(
 /// A device on the test's bench: the firmware's own logic, that can be plugged into several lines
 /// one after the other and keeps its flash.
 #[derive(Clone)]
-pub struct Board(Arc<Mutex<Device<MemoryFlash>>>);
+pub struct Board(Arc<Mutex<Device<Flash>>>);
+
+/// With room for a log.
+pub type Flash = MemoryFlash<8>;
 
 impl Default for Board {
     fn default() -> Self {
-        Self::of(MemoryFlash::new())
+        Self::of(MemoryFlash::with_log())
     }
 }
 
 impl Board {
     /// One that starts from this flash.
-    pub fn of(flash: MemoryFlash) -> Self {
+    pub fn of(flash: Flash) -> Self {
         Self(Arc::new(Mutex::new(Device::new(flash, "on the bench"))))
+    }
+
+    /// One that says it is this board.
+    pub fn named(board: &'static str) -> Self {
+        Self(Arc::new(Mutex::new(Device::new(MemoryFlash::with_log(), board))))
     }
 
     /// What the device says to these bytes.
@@ -184,7 +192,7 @@ impl Board {
     /// The device after a power cut: it starts anew from its flash.
     pub fn restart(&self) {
         let mut device = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let old = std::mem::replace(&mut *device, Device::new(MemoryFlash::new(), "gone"));
+        let old = std::mem::replace(&mut *device, Device::new(MemoryFlash::with_log(), "gone"));
         *device = Device::new(old.into_flash(), "on the bench");
     }
 

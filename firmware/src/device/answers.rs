@@ -52,6 +52,8 @@ impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
                 measuring.configure(settings, &mut context)?;
             }
             Request::Condition(condition) => {
+                // What is over was made under the one before.
+                self.keep_all_of_log();
                 let (measuring, mut context) = self.split();
                 measuring.set_condition(condition, &mut context)?;
             }
@@ -63,6 +65,9 @@ impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
                 self.signature = None;
                 self.update = self.permitted(length)?;
                 let running = self.running.as_ref().and_then(|running| running.slot);
+                if self.store.wants_erase(running) {
+                    self.wear.erase(self.measuring.now())?;
+                }
                 self.store.begin(length, running)?;
             }
             Request::FlashPermit { .. } | Request::Unlock { .. } if !LOCKABLE => {
@@ -108,6 +113,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
             Request::Stream { samples } => self.stream.extend(samples),
             Request::SetLinearity(part) => self.set_linearity(&part)?,
             Request::Linearity { at } => return Ok(Reply::Linearity(self.linearity.part(at))),
+            Request::Log { from } => return self.log_entry(from).map(Reply::Log),
         }
         Ok(Reply::Done)
     }

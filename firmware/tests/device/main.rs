@@ -8,6 +8,7 @@ mod embassy;
 mod events;
 mod gaps;
 mod holds;
+mod journal;
 mod learning;
 mod learnt_power_cuts;
 mod linearity;

@@ -1,12 +1,14 @@
 //! The network store: what runs after each kind of update, begun, broken or whole.
 
 use crate::chip::Chip;
+use crate::desk::Desk;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use yawrig_firmware::slots::{MemoryFlash, Sector, Slot, Store};
+use yawrig_firmware::wear::AT_ONCE;
 use yawrig_firmware::BUILT_IN;
 use yawrig_shared::blob::{self, BlobError};
 use yawrig_shared::network::Network;
-use yawrig_shared::wire::{Refusal, SlotState};
+use yawrig_shared::wire::{Refusal, Reply, Request, SlotState, SAMPLES_BETWEEN_ERASES};
 
 fn blob(generation: u32) -> Vec<u8> {
     let mut bytes = BUILT_IN.to_vec();
@@ -108,7 +110,7 @@ impl ErrorType for Worn {
 }
 
 impl ReadNorFlash for Worn {
-    const READ_SIZE: usize = MemoryFlash::READ_SIZE;
+    const READ_SIZE: usize = <MemoryFlash>::READ_SIZE;
     fn read(&mut self, offset: u32, room: &mut [u8]) -> Result<(), NorFlashErrorKind> {
         self.0.read(offset, room)
     }
@@ -118,8 +120,8 @@ impl ReadNorFlash for Worn {
 }
 
 impl NorFlash for Worn {
-    const WRITE_SIZE: usize = MemoryFlash::WRITE_SIZE;
-    const ERASE_SIZE: usize = MemoryFlash::ERASE_SIZE;
+    const WRITE_SIZE: usize = <MemoryFlash>::WRITE_SIZE;
+    const ERASE_SIZE: usize = <MemoryFlash>::ERASE_SIZE;
     fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
         self.0.erase(from, to)
     }
@@ -198,5 +200,40 @@ fn a_slot_whose_golden_vectors_fail_is_not_called_valid() {
         let mut store = Store::new(flash);
         assert_eq!(newest(&mut store), None);
         assert_eq!(store.state(Slot::First), SlotState::Invalid);
+    }
+}
+
+/// A program that writes networks in a loop: a hundred at once, then one each ten minutes; what is erased
+/// already is not erased again.
+#[test]
+fn erases_without_end_are_refused() {
+    let mut desk = Desk::new(MemoryFlash::new());
+    let begin = Request::FlashBegin { length: 1000 };
+    let erase = |desk: &mut Desk| {
+        let reply = desk.ask(&begin);
+        if reply == Reply::Done {
+            let bytes = [0; 8].into_iter().collect();
+            assert_eq!(desk.ask(&Request::FlashChunk { offset: 0, bytes }), Reply::Done);
+        }
+        reply
+    };
+    for number in 0..AT_ONCE {
+        assert_eq!(erase(&mut desk), Reply::Done, "{number}");
+    }
+    let wait = |samples| Reply::Refused(Refusal::TooOften { samples });
+    assert_eq!(erase(&mut desk), wait(SAMPLES_BETWEEN_ERASES));
+    desk.device.lost(SAMPLES_BETWEEN_ERASES - 5);
+    assert_eq!(erase(&mut desk), wait(5));
+    desk.device.lost(5);
+    assert_eq!(erase(&mut desk), Reply::Done);
+    assert_eq!(erase(&mut desk), wait(SAMPLES_BETWEEN_ERASES));
+    // However long nothing is written, a hundred is all that comes together.
+    desk.device.lost(1000 * SAMPLES_BETWEEN_ERASES);
+    let taken = (0..).take_while(|_| erase(&mut desk) == Reply::Done).count();
+    assert_eq!(taken, AT_ONCE as usize);
+    // What was erased and not written to since is taken as it is.
+    let mut fresh = Desk::new(MemoryFlash::new());
+    for _ in 0..2 * AT_ONCE {
+        assert_eq!(fresh.ask(&Request::FlashBegin { length: 1000 }), Reply::Done);
     }
 }

@@ -14,7 +14,7 @@ const CHUNKS: usize = 4;
 
 /// The device's thread's part.
 pub struct Emulated {
-    device: Box<Device<MemoryFlash>>,
+    device: Box<Device<MemoryFlash<8>>>,
     samples: Receiver<Vec<u16>>,
     /// Said while the samples came: the device's line would not hold it all.
     said: Vec<u8>,
@@ -24,10 +24,10 @@ pub struct Emulated {
 /// What feeds it.
 pub struct EmulatedPotentiometer(SyncSender<Vec<u16>>);
 
-/// A device with empty slots, and its potentiometer.
+/// A device with empty slots and an empty log, and its potentiometer.
 pub fn start() -> (Emulated, EmulatedPotentiometer) {
     let (sender, samples) = mpsc::sync_channel(CHUNKS);
-    let device = Box::new(Device::new(MemoryFlash::new(), "emulated"));
+    let device = Box::new(Device::new(MemoryFlash::with_log(), "emulated"));
     (
         Emulated { device, samples, said: Vec::new(), unplugged: false },
         EmulatedPotentiometer(sender),

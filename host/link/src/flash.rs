@@ -240,6 +240,11 @@ fn say_refusal(refusal: &Refusal) -> String {
             "it was asked about its lock".to_owned()
         }
         Refusal::Linearity => "it was asked about its table".to_owned(),
+        Refusal::TooOften { samples } => format!(
+            "it was written to so often that its flash would wear out; it takes the next network in {} s",
+            samples.div_ceil(SAMPLE_RATE_HZ as u32)
+        ),
+        Refusal::NoLog => "it was asked for its log".to_owned(),
     }
 }
 

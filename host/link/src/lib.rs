@@ -16,6 +16,7 @@ pub mod image;
 pub mod key;
 pub mod linearity;
 pub mod live;
+pub mod log;
 pub mod numbers;
 pub mod port;
 #[cfg(unix)]

@@ -1,6 +1,7 @@
 //! `yawrig device`: a device's firmware, protocol, network and slots.
 
 mod linearity;
+mod log;
 
 use super::common::{network_id, print_json, print_line, SCHEMA_VERSION};
 use super::device_arg::DeviceArg;
@@ -51,6 +52,8 @@ enum Change {
     /// Correct what its converter and sensor err by: learn it from releases that were recorded through them,
     /// and write it to the device
     Linearity(linearity::Linearity),
+    /// Read out what it kept of releases and faults while nobody listened, for weeks if need be
+    Log(log::Log),
 }
 
 /// What to do, with its key read before the device is opened.
@@ -74,6 +77,7 @@ pub fn run(arguments: &Device) -> Result<()> {
         }
         Some(Change::Unlock { key }) => Some(Act::Unlock(key::read(key)?)),
         Some(Change::Linearity(asked)) => return asked.run(&arguments.device, arguments.json),
+        Some(Change::Log(asked)) => return asked.run(&arguments.device, arguments.json),
     };
     let mut bench = arguments.device.open()?;
     match act {

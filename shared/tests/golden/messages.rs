@@ -57,6 +57,7 @@ fn requests() -> Vec<(&'static str, Request)> {
             }),
         ),
         ("linearity", Request::Linearity { at: 128 }),
+        ("log", Request::Log { from: 70_000 }),
     ]
 }
 
@@ -229,6 +230,52 @@ fn the_longest_part_of_a_table_fits() {
     let part = LinearityPart { head: head(), at: u16::MAX, corrections };
     wire::encode(u16::MAX, &Request::SetLinearity(part.clone())).expect("a frame");
     wire::encode(u16::MAX, &Reply::Linearity(part)).expect("a frame");
+}
+
+/// In a frame and in the room that the flash has for one.
+#[test]
+fn the_longest_entry_of_a_log_fits() {
+    let most = Measured { value: -1.0, u: -1.0 };
+    let derivatives = Some(Derivatives {
+        cn_beta: most,
+        cn_r: most,
+        reduced_frequency: -1.0,
+        reference_release: u32::MAX,
+    });
+    let release = ReleaseResult {
+        release: u32::MAX,
+        release_sample: u32::MAX,
+        finished_sample: u32::MAX,
+        windows: u16::MAX,
+        natural_frequency_rad_s: most,
+        damping_ratio: most,
+        numbers: [most; 2].into_iter().collect(),
+        derivatives,
+        flags: Flags(u32::MAX),
+    };
+    let refined = Refined {
+        release: u32::MAX,
+        from_sample: u32::MAX,
+        samples: u32::MAX,
+        natural_frequency_rad_s: Precise { value: -1.0, u: -1.0 },
+        damping_ratio: most,
+        derivatives,
+        flags: Flags(u32::MAX),
+        ..Refined::default()
+    };
+    let crash = Some(Crash { file: full(), line: u32::MAX });
+    for what in [
+        Logged::Start(Start { cause: Cause::Software, crash }),
+        Logged::Release(release),
+        Logged::Refined(refined),
+    ] {
+        let max = u32::MAX;
+        let (run, at_sample, lost_samples, network) = (max, max, max, max);
+        let entry = LogEntry { number: max, run, at_sample, lost_samples, network, what };
+        let mut room = [0; LOG_ENTRY];
+        postcard::to_slice(&entry, &mut room).expect("room for it");
+        wire::encode(u16::MAX, &Reply::Log(Some(entry))).expect("a frame");
+    }
 }
 
 #[test]

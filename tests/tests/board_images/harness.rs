@@ -16,11 +16,13 @@ pub trait Board {
     /// As its image says it.
     const NAME: &'static str;
     const CLOCK_U_PPM: f32;
+    /// Of the networks' places and, where there is room for one, of the log behind them.
+    const KEPT_BYTES: usize = 4 * SLOT_BYTES;
     /// Flash as the board writes and erases it.
     type Flash: Kept;
 }
 
-/// The 64 KiB in which networks and lock are kept.
+/// The flash in which networks, lock and log are kept.
 pub trait Kept: NorFlash {
     fn of(bytes: Vec<u8>) -> Self;
     fn bytes(&self) -> &[u8];
@@ -75,8 +77,8 @@ impl<const WRITE: usize, const ERASE: usize> NorFlash for Memory<WRITE, ERASE> {
     }
 }
 
-fn erased<F: Kept>() -> F {
-    F::of(vec![ERASED; 4 * SLOT_BYTES])
+fn erased<B: Board>() -> B::Flash {
+    B::Flash::of(vec![ERASED; B::KEPT_BYTES])
 }
 
 pub fn root() -> PathBuf {
@@ -165,7 +167,7 @@ fn converted(reading: u16) -> impl Iterator<Item = u16> {
 impl<B: Board> Both<B> {
     pub fn start() -> Self {
         let machine = Machine::start(B::NAME);
-        let here = device::<B>(erased(), Cause::Power);
+        let here = device::<B>(erased::<B>(), Cause::Power);
         let mut both =
             Self { machine, here, sequence: 0, decoder: Decoder::new(), events: Vec::new() };
         // It boots, and has nothing to say.
@@ -264,7 +266,7 @@ impl<B: Board> Both<B> {
     }
 
     fn flash_here(&mut self) -> B::Flash {
-        std::mem::replace(&mut self.here, device::<B>(erased(), Cause::Power)).into_flash()
+        std::mem::replace(&mut self.here, device::<B>(erased::<B>(), Cause::Power)).into_flash()
     }
 
     /// What the machine keeps.
@@ -285,7 +287,7 @@ impl<B: Board> Both<B> {
 
     /// The machine starts again with nothing kept, and what is here, too: because of this.
     pub fn begins_again(&mut self, cause: Cause) {
-        self.begin_here(erased(), cause);
+        self.begin_here(erased::<B>(), cause);
         assert_eq!(self.machine.run("run"), (Vec::new(), None));
     }
 

@@ -7,6 +7,7 @@ use yawrig_shared::wire::{Cause, Reply, Request, CHUNK};
 
 pub const PAGE: usize = 256;
 pub const SECTOR: usize = 4096;
+pub const KEPT_BYTES: usize = (64 + 256) * 1024;
 
 /// What is tried on each of them alike, beside what is on every board; its code, and its number as USB tells
 /// it.

@@ -56,7 +56,7 @@ fn a_locked_device_takes_signed_networks_only_until_it_is_opened() {
 fn a_lock_that_is_lost_is_said_and_so_is_the_way_out() {
     use embedded_storage::nor_flash::NorFlash;
     use yawrig_firmware::slots::{MemoryFlash, Sector};
-    let mut flash = MemoryFlash::new();
+    let mut flash = MemoryFlash::with_log();
     // Two copies, in both of which a bit is wrong: of nothing the checksum is not zero.
     let mut copy = [0; 48];
     copy[4..8].copy_from_slice(b"LOCK");

@@ -18,6 +18,7 @@ mod interrupts;
 mod law;
 mod linearity;
 mod lock;
+mod log;
 mod model;
 mod monitor;
 mod networks;

@@ -90,7 +90,12 @@ impl<const WRITE: usize, const ERASE: usize> Chip<WRITE, ERASE> {
     pub const PLACE: usize = SLOT_BYTES.next_multiple_of(ERASE);
 
     pub fn erased() -> Self {
-        let length = 4 * Self::PLACE;
+        Self::with_sectors_behind(0)
+    }
+
+    /// One that has more behind the four places.
+    pub fn with_sectors_behind(sectors: usize) -> Self {
+        let length = 4 * Self::PLACE + sectors * ERASE;
         Self { bytes: vec![0xff; length], units: vec![Unit::Erased; length / WRITE], sum: 0 }
     }
 

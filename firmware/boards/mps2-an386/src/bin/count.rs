@@ -11,7 +11,6 @@ use cortex_m::peripheral::SYST;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::{debug, hprintln};
 use yawrig_firmware::device::Device;
-use yawrig_firmware::slots::MemoryFlash;
 use yawrig_firmware::BUILT_IN;
 use yawrig_mps2_an386::{flash, swing};
 use yawrig_shared::blob;
@@ -180,6 +179,9 @@ fn release(counter: &mut Counter) {
         }
     }
     assert!(window.goes > 0, "windows are closed");
+    // Its start, the release and what was refined.
+    let mut logging = Tally::default();
+    (0..3).for_each(|_| logging.add(counter.count(|| device.work())));
     hprintln!("sample_decoding_mean {}", decoding.mean());
     hprintln!("sample_mean {}", all.mean());
     hprintln!("sample_above_everyday {}", above);
@@ -189,10 +191,11 @@ fn release(counter: &mut Counter) {
     hprintln!("refined {}", refining.total);
     hprintln!("refined_piece_most {}", refining.most);
     hprintln!("refined_pieces {}", refining.goes);
+    hprintln!("log_entry_most {}", logging.most);
 }
 
 /// The last event the device has sent since it was asked before.
-fn sent(device: &mut Device<&'static mut MemoryFlash, false>) -> Option<Event> {
+fn sent(device: &mut Device<&'static mut flash::Flash, false>) -> Option<Event> {
     let mut decoder = FrameDecoder::new();
     let mut last = None;
     while let Some(byte) = device.transmit() {

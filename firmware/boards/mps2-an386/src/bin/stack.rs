@@ -11,7 +11,6 @@ use cortex_m_rt::{entry, exception};
 use cortex_m_semihosting::debug;
 use ed25519_compact::{KeyPair, Noise, Seed};
 use yawrig_firmware::device::Device;
-use yawrig_firmware::slots::MemoryFlash;
 use yawrig_firmware::sums::Sums;
 use yawrig_firmware::BUILT_IN;
 use yawrig_mps2_an386::{digits, flash, say, stack, swing};
@@ -22,7 +21,7 @@ use yawrig_shared::wire::{
 };
 
 /// With a lock, as the boards that have a flash.
-type Board = Device<&'static mut MemoryFlash>;
+type Board = Device<&'static mut flash::Flash>;
 
 /// Lowest stack pointer of an interrupt that sums samples up.
 static LOWEST: AtomicU32 = AtomicU32::new(0);
