@@ -16,6 +16,7 @@ use port_file::closed;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Exit};
+use yawrig_link::advice;
 use yawrig_link::bench::{Bench, Target};
 use yawrig_link::holders::holders;
 use yawrig_link::image;
@@ -67,9 +68,9 @@ pub fn device(path: &str) -> Vec<Check> {
     }
     let others = holders(Path::new(path));
     let found = Bench::open(&Target::Port(path.to_owned()))
-        .and_then(|mut bench| bench.client.status().map(|_| bench.client.identity.clone()));
+        .and_then(|mut bench| Ok((bench.client.status()?, bench.client.identity.clone())));
     let error = match found {
-        Ok(identity) => {
+        Ok((status, identity)) => {
             let ours = concat!("yawrig ", env!("CARGO_PKG_VERSION"));
             let found = format!("{} on {} answers", identity.firmware, identity.board);
             if let Some(other) = others.first() {
@@ -77,7 +78,10 @@ pub fn device(path: &str) -> Vec<Check> {
                 return vec![Check::wrong(path, found, other.end())];
             }
             if identity.firmware == ours {
-                return vec![Check::well(path, found)];
+                let command = format!("yawrig device linearity RECORD... --device {path}");
+                let advice = advice::of(&identity.board, &status)
+                    .map(|found| Check::missing("sensor", found, &command));
+                return [Check::well(path, found)].into_iter().chain(advice).collect();
             }
             let found = format!("{found}; this program is {ours}");
             let board = identity.board.as_str();

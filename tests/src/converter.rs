@@ -51,12 +51,24 @@ impl Converter {
         Self(begins.collect())
     }
 
+    /// One without wide codes, whose middle is bent by at most this, codes; their differences are half a code
+    /// at most.
+    pub fn even(seed: u64, bend: f64) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let bend = random.random_range(-bend..bend);
+        let begins = (0..CODES).map(|code| {
+            let x = code as f64 / CODES as f64;
+            code as f64 + random.random_range(-0.25..0.25) + 4.0 * bend * x * (1.0 - x)
+        });
+        Self(begins.collect())
+    }
+
     /// All codes of one width.
     pub fn ideal() -> Self {
         Self((0..CODES).map(|code| code as f64).collect())
     }
 
-    fn read(&self, codes: f64) -> u16 {
+    pub fn read(&self, codes: f64) -> u16 {
         self.0.partition_point(|begins| *begins <= codes).saturating_sub(1) as u16
     }
 }

@@ -2,6 +2,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod advice;
 pub mod amplitude_trend;
 pub mod bench;
 pub mod client;

@@ -146,6 +146,24 @@ fn what_answers_wrongly_or_not_at_all() {
     assert!(found.contains("yawrig 9.9") && found.contains("speaks protocol"), "{found}");
 }
 
+/// What would make its damping ratios better, where that is known of its converter.
+#[test]
+fn a_board_without_a_table_for_its_converter_is_told_what_helps() {
+    let line = Board::named("pico").plug();
+    let object = yawrig("doctor --json --device").and(line.path()).run().exits(0).json();
+    let sensor = &object["checks"][1];
+    assert_eq!((&sensor["check"], &sensor["state"]), (&"sensor".into(), &"missing".into()));
+    let found = sensor["found"].as_str().expect("a text");
+    for choice in ["in the middle 1.4 %", "four times the travel", "an AS5600", "an ADS1115"] {
+        assert!(found.contains(choice), "{choice}: {found}");
+    }
+    let command = sensor["command"].as_str().expect("a command");
+    assert!(command.starts_with("yawrig device linearity "), "{command}");
+    let line = Board::named("nucleo-f446re").plug();
+    let object = yawrig("doctor --json --device").and(line.path()).run().exits(0).json();
+    assert_eq!(object["checks"].as_array().map(Vec::len), Some(1), "{object}");
+}
+
 #[test]
 fn the_machine_is_looked_at_without_opening_a_port() {
     let object = yawrig("doctor --json").run().exits(0).json();

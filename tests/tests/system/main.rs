@@ -1,5 +1,6 @@
 //! The whole: device, line, host, and the figures of the documentation.
 
+mod advice;
 mod arrows;
 mod circle;
 mod clock;
