@@ -38,6 +38,11 @@ const COLUMNS: usize = 2 + LAWS.len();
 /// Amplitude and phase.
 const SERIES: usize = 2;
 
+/// One logarithm is taken of many factors: whenever their product is larger than this. Instructions of the
+/// largest piece of work without an FPU: 493 000 with libm's logarithm of each, 460 000 with micromath's, 418
+/// 000 so, and no error; with an FPU micromath's cost more than libm's.
+const MANY: f32 = 1e18;
+
 /// What is found of decay and frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Missing {
@@ -265,7 +270,7 @@ impl Envelope {
         let (mut amplitude, mut t) = (libm::expf(-0.5 * self.decay), 0.5 * per);
         let mut products = Products::NONE;
         let (mut columns_states, mut states) = ([0.0; COLUMNS], [0.0; SERIES]);
-        let (mut known, mut logs) = (0.0_f32, 0.0_f32);
+        let (mut known, mut logs, mut factors) = (0.0_f32, 0.0_f32, 1.0_f32);
         for series in &self.sums[..self.count] {
             let mut columns = [amplitude, t * amplitude, 0.0, 0.0, 0.0];
             for (column, power) in columns[2..].iter_mut().zip(LAWS) {
@@ -285,15 +290,17 @@ impl Envelope {
                 *state = memory * *state + gain * *innovation;
             }
             products.add(&columns, &innovations, weight);
-            if size > 0.0 {
-                logs += libm::logf(before + 1.0);
+            factors *= before + 1.0;
+            if factors > MANY {
+                logs += libm::logf(factors);
+                factors = 1.0;
             }
             known = gain;
             amplitude *= self.left;
             t += per;
         }
         self.products = products;
-        self.logs = logs;
+        self.logs = logs + libm::logf(factors);
         if size == 0.0 {
             self.unwhitened = products;
         }
