@@ -1,6 +1,6 @@
 //! The device's log: its results and its faults in a ring of the flash, for a host that comes weeks later.
 //!
-//! The ring is what a flash holds behind the four [places](crate::flash), from two erase sectors on; a flash
+//! The ring is what a flash holds behind its four [places](crate::slots), from two erase sectors on; a flash
 //! that ends there has none. Entries are of one size and stand one behind the other. Where the ring goes on
 //! in another sector that is erased, with the oldest entries. An entry counts where its checksum, which is
 //! written last, is right. One that the power has cut is passed over: whenever it goes, all entries before

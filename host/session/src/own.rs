@@ -97,7 +97,7 @@ impl Form {
     /// Registers the effect.
     ///
     /// # Errors
-    /// Those of [`Effect::defined`].
+    /// Those of [`effects::defined`].
     pub fn define(&self) -> Result<Effect> {
         effects::defined(&self.file(), &self.written().text)
     }
@@ -105,7 +105,7 @@ impl Form {
     /// Writes it beside the model, where `--effect` finds it.
     ///
     /// # Errors
-    /// Those of [`Effect::defined`]; exit 3 where another file has its name, or it cannot be written.
+    /// Those of [`effects::defined`]; exit 3 where another file has its name, or it cannot be written.
     pub fn save(&self, model: &Path) -> Result<PathBuf> {
         self.checked()?;
         let path = model.with_file_name(self.file());

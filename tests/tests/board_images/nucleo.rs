@@ -86,6 +86,9 @@ fn an_image_that_touches_the_flash_while_a_place_is_erased_does_not_pass() {
     // Before the interrupt comes it passes.
     both.machine.ask(&format!("samples {samples}"));
     assert_eq!(both.ask_there(&begin), Ok(Reply::Done));
+    // What is still erased is not erased again.
+    let bytes = BUILT_IN[..CHUNK].iter().copied().collect();
+    assert_eq!(both.ask_there(&Request::FlashChunk { offset: 0, bytes }), Ok(Reply::Done));
     both.machine.ask(&format!("samples {}", samples.repeat(4)));
     let frame = encode(99, &begin).expect("a frame");
     both.machine.ask(&format!("line {}", data_encoding::HEXLOWER.encode(&frame)));

@@ -9,6 +9,7 @@ mod keyboard;
 mod law;
 mod live;
 mod looks;
+mod measured;
 mod page;
 mod phone;
 mod refusals;

@@ -72,7 +72,7 @@ impl Served {
     }
 }
 
-fn dropped(browser: &mut Browser, name: &str, text: &str) {
+pub fn dropped(browser: &mut Browser, name: &str, text: &str) {
     dropped_all(browser, &[(name, text.to_owned())]);
 }
 
