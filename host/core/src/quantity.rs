@@ -51,6 +51,12 @@ impl Quantity {
         Self { value: scaled(self.value), u: scaled(self.u) }
     }
 
+    /// As a record says it whose clock's rate has the standard uncertainty `rate_u`, a share of it: of a unit in
+    /// which a second has the power `seconds`.
+    pub(crate) fn on_clock(self, rate_u: f64, seconds: f64) -> Self {
+        Self { u: self.u.hypot(self.value * seconds * rate_u), ..self }
+    }
+
     /// Whether `truth` lies within `k` standard uncertainties.
     pub fn holds(&self, truth: f64, k: f64) -> bool {
         (truth - self.value).abs() <= k * self.u

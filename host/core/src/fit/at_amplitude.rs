@@ -87,11 +87,10 @@ fn of_cycle(
             }),
         };
     }
-    variances[0] += (values[0] * decay.rate_u).powi(2);
     let quantity = |q: usize| Quantity::new(values[q], not_below_zero(variances[q]).sqrt());
     Some(AtAmplitude {
         amplitude_deg: decay.measurand.shown(amplitude_rad),
-        natural_frequency_rad_s: quantity(0),
+        natural_frequency_rad_s: model.on_clock(quantity(0), -1.0),
         damping_ratio: quantity(1),
     })
 }

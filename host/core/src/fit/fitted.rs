@@ -153,6 +153,10 @@ impl Fitted {
             for (j, u) in u.iter().enumerate().filter(|(j, _)| *j < self.parameters.len()) {
                 if covariance[(j, j)] == 0.0 {
                     covariance[(j, j)] = u * u / inflation;
+                    if j == 0 {
+                        // What was known has its own clock in it.
+                        self.around.rate_u = 0.0;
+                    }
                 }
             }
         }
@@ -234,11 +238,8 @@ impl Fitted {
         Quantity::new(value, not_below_zero(variance * self.inflation).sqrt())
     }
     /// `quantity`, in whose unit a second has the power `seconds`, with what the clock's rate makes of it.
-    fn on_clock(&self, quantity: Quantity, seconds: f64) -> Quantity {
-        Quantity::new(
-            quantity.value,
-            quantity.u.hypot(quantity.value * seconds * self.around.rate_u),
-        )
+    pub(crate) fn on_clock(&self, quantity: Quantity, seconds: f64) -> Quantity {
+        quantity.on_clock(self.around.rate_u, seconds)
     }
     /// `effect.name` and value with u of every number of the effects, in the units that
     /// [`Effect::parameters`] states.
@@ -411,6 +412,14 @@ mod tests {
             assert!((told.u / expected - 1.0).abs() < 1e-12, "{known} {told}");
         }
         assert!((of(&exact)[2].value / k3 - 1.0).abs() < 0.05, "{}", of(&exact)[2]);
+        // What is known from before has its own clock in its ±, at every amplitude, too.
+        let mut fixed = coarse.clone();
+        fixed.covariance.iter_mut().for_each(|c| c.fill(0.0));
+        let [told, _, stiffness] = of(&coarse);
+        let known = fixed.knowing(&[told.u, 0.0, 0.0, 0.0, stiffness.u]);
+        for (known, told) in [(of(&known)[0], told), (of(&known)[2], stiffness)] {
+            assert!((known.u / told.u - 1.0).abs() < 1e-9, "{known} {told}");
+        }
         let [exact, coarse] =
             [exact, coarse].map(|fit| fit.named_covariance().expect("one").matrix);
         let common = coarse[0][2] - exact[0][2];

@@ -251,7 +251,7 @@ impl Estimate {
 
     /// The same of a record whose rate has this relative standard uncertainty: all of its frequencies have.
     pub(crate) fn on_clock(mut self, rate_u: f64) -> Self {
-        let widen = |wn: &mut Quantity| wn.u = wn.u.hypot(wn.value * rate_u);
+        let widen = |wn: &mut Quantity| *wn = wn.on_clock(rate_u, -1.0);
         widen(&mut self.natural_frequency_rad_s);
         self.at_amplitude.iter_mut().for_each(|at| widen(&mut at.natural_frequency_rad_s));
         self.cycle = Cycle::of(self.natural_frequency_rad_s, self.damping_ratio);

@@ -175,8 +175,8 @@ impl Measured {
 
     /// Of the linear part, at rest, rad/s.
     pub fn natural_frequency_rad_s(&self) -> Quantity {
-        let wn = self.fit.common[0];
-        Quantity::new(wn, self.covariance[(0, 0)].max(0.0).sqrt().hypot(wn * self.rate_u))
+        Quantity::new(self.fit.common[0], self.covariance[(0, 0)].max(0.0).sqrt())
+            .on_clock(self.rate_u, -1.0)
     }
 
     /// Of the linear part, beside a dissipation without a line.
