@@ -37,7 +37,9 @@ impl Choice {
             Self::Beside => "200 codes beside the middle",
             Self::FourTimesTheTravel => "four times the travel",
             Self::Mcp3208 => "an MCP3208 instead",
-            Self::Ads1115 => "an ADS1115 instead",
+            Self::Ads1115 => {
+                "an ADS1115 instead (it gives 860 samples a second at most, the device takes 1000)"
+            }
             Self::As5600 => "an AS5600 instead",
         }
     }

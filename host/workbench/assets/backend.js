@@ -12,9 +12,15 @@ let /** @type {Worker | null} */ worker = null, /** @type {Promise<Worker> | nul
 let said = (/** @type {string} */ _) => {}, told = (/** @type {News} */ _) => {};
 /** The session, to go on with in another worker. @type {store.KeptSession} */
 const session = { kept: {}, files: new Map() };
-/** Whether it is this tab that keeps its session in the browser. */
-let keeps = false;
+/** Whether it is this tab that keeps its session in the browser; not known before it was asked for. @type {boolean | null} */
+let keeps = null;
 export const isKept = () => keeps;
+let unkept = () => {};
+/** Calls `tell` once the session is not kept: another tab has one, or there is no room. @param {() => void} tell */
+export function onUnkept(tell) {
+  unkept = tell;
+  if (keeps === false) tell();
+}
 
 /** Calls `says` with what is said meanwhile, `tells` with news.
  * @param {(text: string) => void} says @param {(news: News) => void} tells */
@@ -109,7 +115,7 @@ export async function keep() {
   for (const [name, of] of changed) session.files.set(name, of);
   for (const name of gone) session.files.delete(name);
   session.kept = kept;
-  if (keeps) try { await store.write(kept, changed, gone); } catch { keeps = false; }
+  if (keeps) try { await store.write(kept, changed, gone); } catch { keeps = false; unkept(); }
 }
 
 /** The session that was kept in this browser, where no other tab has it open. */
@@ -126,6 +132,7 @@ export async function begin() {
     const before = keeps ? await store.read() : null;
     if (before) Object.assign(session, before);
   } catch { keeps = false; }
+  if (!keeps) unkept();
 }
 
 /** Ends what is under way; the session is as it was before. */

@@ -1,6 +1,6 @@
 // What a page without a server adds: files that are chosen, the session as files, and what yawrig prints.
 import { by, get, make, post, send } from "./talk.js";
-import { file, isKept } from "./backend.js";
+import { file, isKept, onUnkept } from "./backend.js";
 import * as dropped from "./dropped.js";
 import { seen } from "./panels.js";
 import * as phone from "./phone.js";
@@ -48,6 +48,9 @@ async function show() {
 }
 
 function start() {
+  onUnkept(() => {
+    by("nothing-sent").textContent = "Records are read and judged here, in this browser: nothing of them is sent anywhere. This page's session is gone once it is closed, since another tab keeps one or there is no room for it: press Save before.";
+  });
   const chosen = (/** @type {"open-file" | "open-folder"} */ id) => async () => {
     const files = [...by(id).files ?? []].map((file) => ({ file, name: file.webkitRelativePath || file.name }));
     by(id).value = "";

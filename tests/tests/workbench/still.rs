@@ -217,6 +217,16 @@ fn a_record_dropped_on_the_page_is_judged_as_the_program_judges_it() {
         shown.trim_end()
     ));
 
+    // Where the browser has no room for it, it is said that the session will be gone.
+    let will_be_gone =
+        "document.querySelector('#nothing-sent').textContent.includes('gone once it is closed')";
+    assert_eq!(browser.value(will_be_gone), false);
+    browser.value(
+        "(IDBObjectStore.prototype.put = () => { throw new Error('no room'); }, \
+         import('./talk.js').then(t => t.post('/api/do', { do: 'tick', releases: [0], used: 'out' })))",
+    );
+    browser.wait(will_be_gone);
+
     // What is no record is refused in the words of the program.
     dropped(&mut browser, "notes.csv", "nothing,of\nthe,kind\n");
     browser.wait("document.querySelector('#message').className === 'error' || document.querySelector('#drop-dialog').open");
