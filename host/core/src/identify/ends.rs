@@ -9,6 +9,7 @@ use super::release::{Ending, Run, Search};
 use super::samples::Stretch;
 use super::{Begin, End};
 use crate::record::Derivative;
+use crate::solver::linear_fit;
 use crate::statistics::median;
 use std::f64::consts::TAU;
 
@@ -36,6 +37,12 @@ const PUSHED_SHARE: f64 = 0.25;
 const PUSHED_CYCLES: usize = 3;
 /// Cycles that the model has swung before it can have been pushed again: what wanders is no swing.
 const SWUNG: usize = 3;
+
+/// Shares of a hold's angle between which the first swing is timed.
+const LEAVES: [f64; 2] = [0.97, 0.4];
+/// Time that it may take over that of the mode that follows: a hand that carries half of the springs' moment
+/// makes it 1.4 times as long.
+const HELD_BACK: f64 = 1.3;
 
 pub(super) struct Onset {
     pub(crate) release_s: f64,
@@ -166,15 +173,42 @@ impl Search<'_> {
 
     /// The release, seen to be over at `free_s` from the free motion after it.
     fn released(&self, free_s: f64, motion: &FreeMotion, flags: &mut Vec<Flag>) -> Onset {
-        let (release_s, begin) = match self.hold_before(free_s, motion.amplitude_deg(free_s)) {
-            None => {
-                flags.push(Flag::PushedAtStart);
-                (free_s, Begin::Pushed)
-            }
-            Some(hold_deg) => (self.leaves(motion, hold_deg, free_s), Begin::Held),
+        let hold = self.hold_before(free_s, motion.amplitude_deg(free_s));
+        let (release_s, begin) = match hold.map(|hold| self.leaves(motion, hold, free_s)) {
+            Some(release_s) => (release_s, Begin::Held),
+            None => match self.let_go_before(free_s, motion) {
+                Some(release_s) => (release_s, Begin::Held),
+                None => {
+                    flags.push(Flag::PushedAtStart);
+                    (free_s, Begin::Pushed)
+                }
+            },
         };
         let guarded = release_s + GUARD_CYCLES * self.period;
         Onset { release_s, free_from_s: free_s.max(guarded), begin }
+    }
+
+    /// When the model was let go from a hold within the cycle before `seen_s`, from where on one mode holds it: a
+    /// memory of the hold, or a mode that dies out at once, is in its first swing. It is let go if the springs
+    /// pull with all they have from the start.
+    fn let_go_before(&self, seen_s: f64, motion: &FreeMotion) -> Option<f64> {
+        let amplitude_deg = motion.amplitude_deg(seen_s);
+        let halves = [0.5, 0.75, 1.0].map(|cycles| seen_s - cycles * self.period);
+        let hold = |to_s: &f64| Some((*to_s, self.hold_before(*to_s, amplitude_deg)?));
+        let (held_s, hold_deg) = halves.iter().find_map(hold)?;
+        let rest_deg = motion.main().offset_deg;
+        let size_deg = hold_deg - rest_deg;
+        if size_deg.abs() < amplitude_deg.max(CLEAR_SWING * self.noise) {
+            return None;
+        }
+        let share = |(t, yaw_deg): (f64, f64)| (t, (yaw_deg - rest_deg) / size_deg);
+        let after = self.means.between(held_s - 0.5 * self.period, seen_s);
+        let passed = after.kept().map(share).take_while(|(_, left)| *left > LEAVES[1]);
+        // Of a cosine that begins at the hold, the phase at which so much is left.
+        let phases = passed.filter(|(_, left)| *left < LEAVES[0]).map(|(t, left)| (t, left.acos()));
+        let [phase, wn] = linear_fit(phases.map(|(t, phase)| ([1.0, t - seen_s], phase)))?;
+        let pulled = wn * HELD_BACK > motion.main().natural_frequency_rad_s();
+        pulled.then(|| seen_s - phase / wn)
     }
 
     fn mode_of(&self, stretch: &Stretch<'_>) -> Option<Mode> {
@@ -308,7 +342,7 @@ impl Search<'_> {
 #[cfg(test)]
 mod tests {
     use crate::identify::flag::Flag;
-    use crate::identify::{prepare, End, Settings};
+    use crate::identify::{prepare, Begin, End, Settings};
     use crate::record::Record;
     use std::f64::consts::TAU;
 
@@ -343,6 +377,29 @@ mod tests {
         let record = record(&by_hand, 14.0, |_, _| None);
         let found = prepare(&record, &settings()).expect("a free decay").span.release_time_s;
         assert!((found - released_s).abs() < 0.05, "{found} for {released_s}");
+    }
+
+    /// A fifth of the springs' moment is in a strap that lets go within a third of a cycle: one mode does not hold
+    /// the first swing. A hand that takes as long is no release.
+    #[test]
+    fn a_swing_that_is_no_mode_at_first_is_released_where_its_hold_ends() {
+        let held = vec![30.0; 200];
+        let strap = |t: f64| 5.0 * (-t / 0.2).exp() * (1.0 - (-t / 0.04).exp());
+        let with = |added: &dyn Fn(f64) -> f64| {
+            let mut record = record(&held, 12.0, |_, _| None);
+            for (t, yaw) in record.time_s.iter().zip(&mut record.yaw_deg) {
+                *yaw += if *t > 2.0 { added(*t - 2.0) } else { 0.0 };
+            }
+            prepare(&record, &settings()).expect("a free decay").span
+        };
+        let found = with(&strap);
+        assert_eq!(found.begin, Begin::Held, "{found:?}");
+        assert!((found.release_time_s - 2.0).abs() < 0.05, "{found:?}");
+        let mut by_hand = held.clone();
+        by_hand.extend((0..40).map(|k| 30.0 + 4.0 * (f64::from(k) / 40.0 * TAU / 2.0).cos() - 4.0));
+        let found =
+            prepare(&record(&by_hand, 12.0, |_, _| None), &settings()).expect("a free decay").span;
+        assert!(found.release_time_s > 2.2, "{found:?}");
     }
 
     #[test]
