@@ -1,11 +1,9 @@
 #![forbid(unsafe_code)]
 
-use clap::Parser;
-
 fn main() -> std::process::ExitCode {
     yawrig_base::message::listen(&yawrig::terminal::Terminal);
     yawrig_base::settings::spell(&yawrig::flags::Flags);
-    let arguments = yawrig::cli::Cli::parse();
+    let arguments = yawrig::cli::Cli::from_command_line();
     // Catches SIGINT, SIGTERM and SIGHUP from now on; a second one ends the process at once.
     let _ = ctrlc::set_handler(|| {
         if yawrig_base::interrupt::request() {

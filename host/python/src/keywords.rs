@@ -11,13 +11,7 @@ pub struct Keywords;
 
 impl Spelling for Keywords {
     fn name(&self, setting: &str) -> String {
-        match setting {
-            // Of the program alone.
-            "keep" => {
-                self.command(Command { verb: "convert", files: &[], settings: &[("keep", "")] })
-            }
-            _ => setting.to_owned(),
-        }
+        setting.to_owned()
     }
 
     fn given(&self, setting: &str, value: &str) -> String {

@@ -380,3 +380,33 @@ print(os.waitpid(pid, 0)[1])
         pytest.skip("there is no fork here")
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
     assert ended.stdout.strip() == "0", ended.stderr
+
+
+def test_the_loop_of_a_model_file_is_the_programs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    effects = ["coulomb_friction:c=0.1", "cubic_stiffness:k3=60"]
+    made = yawrig.simulate(natural_frequency_rad_s=7, damping_ratio=0.006, effects=effects, rate_hz=200, seed=3)
+    table = numpy.column_stack([made.record.time_s, made.record.angle_deg])
+    numpy.savetxt("r.csv", table, fmt="%.17g", delimiter=",", header="time_s,yaw_deg", comments="")
+    begun = yawrig.fit("model.toml", ["r.csv"])
+    rubs = {"c": {"unit": "rad/s2", "start": 0.05, "min": 0.0}}
+    rubbing = yawrig.Effect("rubbing", "-c * tanh(r / 0.002)", rubs)
+    assert yawrig.reject("model.toml", "free_play", "no play by hand").rejected == "free_play"
+    first = yawrig.add("model.toml", rubbing, why="it squeaks")
+    assert first.residual_over_noise < begun.residual_over_noise
+    both = yawrig.add("model.toml", "cubic_stiffness", source="mechanical")
+    assert both.residual_over_noise < 1.1 and abs(both.parameters["cubic_stiffness.k3"] - 60) < 6
+    less = yawrig.remove("model.toml", "cubic_stiffness")
+    assert less.residual_over_noise == pytest.approx(first.residual_over_noise, rel=1e-6)
+    steps = yawrig.history("model.toml", return_to=4, why="needed").steps
+    assert [step.action for step in steps] == ["fit", "reject", "add", "add", "remove", "return"]
+    assert steps[2].why == "it squeaks" and steps[3].command.startswith("yawrig add --model=model.toml")
+    assert not yawrig.history("model.toml").edited
+    assert yawrig.export("model.toml", "rig.py", to="python") == "rig.py"
+    assert "def " in (tmp_path / "rig.py").read_text()
+    page = yawrig.report("model.toml", "r.html", xlsx="r.xlsx")
+    assert page.kind == "model" and (tmp_path / "r.html").exists() and (tmp_path / "r.xlsx").exists()
+    with pytest.raises(yawrig.YawrigError, match="force"):
+        yawrig.report("model.toml", "r.html")
+    with pytest.raises(yawrig.YawrigError, match="each_wind"):
+        yawrig.add("model.toml", "free_play", source="air")

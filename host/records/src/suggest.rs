@@ -84,7 +84,7 @@ pub(super) fn command(
         );
     };
     let Guess { reading: read, is_rate_unknown, mut about } = guess;
-    let keep = settings::name("keep");
+    let keep = settings::command("convert", &[], &[("keep", "")]);
     about.push(format!("with {keep} every file of its folder is read this way"));
     let mut said = read.settings();
     if is_rate_unknown {

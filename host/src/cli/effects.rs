@@ -1,12 +1,13 @@
 //! `add`, `remove` and `reject`: an effect into the model, out of it, or not to be taken into it.
 
-use super::common::{print_json, print_line, SCHEMA_VERSION};
-use super::model::{asked, print_revision, ModelArg};
+use super::common::{print_line, SCHEMA_VERSION};
+use super::model::{answered, asked, print_revision, ModelArg};
+use crate::answer::Answer;
 use clap::Args;
 use serde_json::json;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::effects::{SourceKind, MEASURED_LAW};
-use yawrig_model::revise::RevisionRequest;
+use yawrig_model::revise::{Revision, RevisionRequest};
 use yawrig_model::{effects, measured, revise, unfitted};
 
 /// Add an effect to the model and fit it
@@ -94,46 +95,86 @@ pub struct StepArgs {
     pub json: bool,
 }
 
+impl StepArgs {
+    fn print(&self, revision: impl FnOnce(&RevisionRequest) -> Result<Revision>) -> Result<()> {
+        let revision = revision(&asked(self.why.as_deref()))?;
+        print_revision(Some(&self.model.model), &revision, self.json)
+    }
+
+    fn answer(
+        &self,
+        command: String,
+        revision: impl FnOnce(&RevisionRequest) -> Result<Revision>,
+    ) -> Result<Answer> {
+        let asked = RevisionRequest { command, why: self.why.clone(), keep: false };
+        answered(&self.model.model, &revision(&asked)?)
+    }
+}
+
 impl Add {
     pub fn run(&self) -> Result<()> {
-        let StepArgs { why, model, json } = &self.step;
-        let asked = RevisionRequest { keep: self.keep, ..asked(why.as_deref()) };
+        self.step.print(|asked| self.revision(asked))
+    }
+
+    /// The answer that `--json` prints; `command` is what the journal keeps.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub fn answer(&self, command: String) -> Result<Answer> {
+        self.step.answer(command, |asked| self.revision(asked))
+    }
+
+    fn revision(&self, asked: &RevisionRequest) -> Result<Revision> {
+        let asked = RevisionRequest { keep: self.keep, ..asked.clone() };
+        let model = &self.step.model.model;
         let source = self.source.asked();
-        let revision = if self.effect == MEASURED_LAW {
+        if self.effect == MEASURED_LAW {
             if source.is_some_and(|source| source != SourceKind::Mechanical) {
                 return Err(Error::usage("measured_law with a source")
                     .help("leave it out: a law is measured as one of the rig"));
             }
-            measured::add(&model.model, !self.may_drive, &asked)?
+            measured::add(model, !self.may_drive, &asked)
         } else {
-            revise::add_from(&model.model, effects::named(&self.effect)?, source, &asked)?
-        };
-        print_revision(Some(&model.model), &revision, *json)
+            revise::add_from(model, effects::named(&self.effect)?, source, &asked)
+        }
     }
 }
 
 impl Remove {
     pub fn run(&self) -> Result<()> {
-        let StepArgs { why, model, json } = &self.step;
-        let revision = revise::remove(&model.model, &self.effect, &asked(why.as_deref()))?;
-        print_revision(Some(&model.model), &revision, *json)
+        self.step.print(|asked| self.revision(asked))
+    }
+
+    /// As [`Add::answer`].
+    pub fn answer(&self, command: String) -> Result<Answer> {
+        self.step.answer(command, |asked| self.revision(asked))
+    }
+
+    fn revision(&self, asked: &RevisionRequest) -> Result<Revision> {
+        revise::remove(&self.step.model.model, &self.effect, asked)
     }
 }
 
 impl Reject {
     pub fn run(&self) -> Result<()> {
+        let answer = self.answer(asked(None).command)?;
+        print_line(if self.json { &answer.json } else { &answer.sentence })
+    }
+
+    /// As [`Add::answer`].
+    pub fn answer(&self, command: String) -> Result<Answer> {
         let (path, why) = (&self.model.model, self.why.trim());
         if why.is_empty() {
             return Err(Error::usage("--why is empty")
                 .help("give the reason: a rejection without one helps nobody"));
         }
         let effect = effects::named(&self.effect)?;
-        let step = unfitted::reject(path, effect.clone(), &asked(Some(why)))?;
-        if self.json {
-            return print_json(&json!({
-                "schema_version": SCHEMA_VERSION, "model": path, "step": step.step, "rejected": effect, "why": why,
-            }));
-        }
-        print_line(&format!("{}, step {}: {effect} is rejected: {why}", path.display(), step.step))
+        let asked = RevisionRequest { command, why: Some(why.to_owned()), keep: false };
+        let step = unfitted::reject(path, effect.clone(), &asked)?.step;
+        let sentence = format!("{}, step {step}: {effect} is rejected: {why}", path.display());
+        let object = json!({
+            "schema_version": SCHEMA_VERSION, "model": path, "step": step, "rejected": effect, "why": why,
+        });
+        Answer::new(&object, sentence)
     }
 }

@@ -1,8 +1,10 @@
 //! `export`: the model as a program of another language, or as a table.
 
 use super::choices::ExportTo;
-use super::common::print_line;
+use super::common::{print_line, SCHEMA_VERSION};
+use crate::answer::Answer;
 use clap::Args;
+use serde_json::json;
 use std::path::PathBuf;
 use yawrig_base::error::Result;
 use yawrig_base::files;
@@ -33,12 +35,22 @@ pub struct Export {
 
 impl Export {
     pub fn run(&self) -> Result<()> {
+        print_line(&self.answer()?.sentence)
+    }
+
+    /// What is written, and where.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub fn answer(&self) -> Result<Answer> {
         if !self.force {
             refuse_existing(&self.out)?;
         }
         files::check_writable(&self.out)?;
         let text = export::exported(&self.model, self.to.into(), &self.out)?;
         files::write_atomically(&self.out, text.as_bytes())?;
-        print_line(&format!("{} is written", self.out.display()))
+        let object =
+            json!({ "schema_version": SCHEMA_VERSION, "model": self.model, "out": self.out });
+        Answer::new(&object, format!("{} is written", self.out.display()))
     }
 }

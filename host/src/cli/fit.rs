@@ -1,6 +1,6 @@
 //! `fit`: makes a model of records, or fits the one there is again.
 
-use super::model::{asked, print_revision, revised, JudgeArgs, ModelArg};
+use super::model::{answered, asked, print_revision, JudgeArgs, ModelArg};
 use super::releases::{warn_of_more, ReleaseArg};
 use crate::answer::{Answer, Drawn, OfRecord};
 use clap::Args;
@@ -42,16 +42,9 @@ impl Fit {
     pub fn answer(&self, command: String) -> Result<Answer> {
         let asked = RevisionRequest { command, ..RevisionRequest::default() };
         let (revision, fits) = revise::fit_with_models(&self.model.model, &self.wanted()?, &asked)?;
-        let a = &revision.appraisal;
-        let sentence = format!(
-            "{}: residual {:.3} times the noise, held out {:.3}",
-            self.model.model.display(),
-            a.residuals.residual_over_noise,
-            a.residuals.held_out_over_noise
-        );
         let fitted = fits.into_iter().map(|(recorded, model)| OfRecord::of(recorded, model));
-        let object = revised(Some(&self.model.model), &revision);
-        Ok(Answer::new(&object, sentence)?.drawn_from(Drawn::Fitted(fitted.collect())))
+        let answer = answered(&self.model.model, &revision)?;
+        Ok(answer.drawn_from(Drawn::Fitted(fitted.collect())))
     }
 
     fn revision(&self, asked: &RevisionRequest) -> Result<Revision> {

@@ -3,12 +3,14 @@
 use super::common::{print_json, print_line, with_words, SCHEMA_VERSION};
 use super::csv;
 use super::model::{asked, ModelArg};
+use crate::answer::Answer;
 use clap::Args;
 use serde::Serialize;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_model::document::read_text;
 use yawrig_model::journal::{path_of, Action, Damage, Journal, JournalStep};
+use yawrig_model::revise::RevisionRequest;
 use yawrig_model::unfitted;
 
 /// List the steps of the model's journal, or return to one.
@@ -36,7 +38,7 @@ pub struct History {
 struct Object<'a> {
     schema_version: u32,
     model: &'a Path,
-    journal: &'a Path,
+    journal: PathBuf,
     /// Whether the file differs from what the last step wrote.
     edited: bool,
     steps: &'a [JournalStep],
@@ -45,11 +47,49 @@ struct Object<'a> {
     damaged: &'a [Damage],
 }
 
+/// The steps, and whether the model's file differs from what the last one wrote.
+struct Listed {
+    journal: Journal,
+    edited: bool,
+}
+
 impl History {
     pub fn run(&self) -> Result<()> {
         let path = &self.model.model;
+        let Listed { journal, edited } = self.listed(&asked(self.why.as_deref()))?;
+        if self.json {
+            return print_json(&self.object(&journal, edited));
+        }
+        if self.csv {
+            return csv::history(&journal.steps);
+        }
+        print_line(&text(&journal.steps))?;
+        if edited {
+            let last = journal.steps.len();
+            crate::say!(
+                "{} is not as step {last} left it: the next step keeps the edit in the journal first",
+                path.display(),
+            );
+        }
+        Ok(())
+    }
+
+    /// The answer that `--json` prints; `command` is what the journal keeps of a return.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub fn answer(&self, command: String) -> Result<Answer> {
+        let asked = RevisionRequest { command, why: self.why.clone(), keep: false };
+        let Listed { journal, edited } = self.listed(&asked)?;
+        let steps = journal.steps.len();
+        let sentence = format!("{}: {steps} steps", self.model.model.display());
+        Answer::new(&self.object(&journal, edited), sentence)
+    }
+
+    fn listed(&self, asked: &RevisionRequest) -> Result<Listed> {
+        let path = &self.model.model;
         if let Some(number) = self.to {
-            let step = unfitted::return_to(path, number, &asked(self.why.as_deref()))?;
+            let step = unfitted::return_to(path, number, asked)?;
             crate::say!("{}: step {} returns to step {number}", path.display(), step.step);
         }
         let journal = Journal::of(path)?;
@@ -61,28 +101,20 @@ impl History {
             journal.warn(path);
         }
         let edited = !path.exists() || read_text(path)? != last.model;
-        if self.json {
-            return print_json(&Object {
-                schema_version: SCHEMA_VERSION,
-                model: path,
-                journal: &path_of(path),
-                edited,
-                steps: &journal.steps,
-                damaged: &journal.damaged,
-            });
+        Ok(Listed { journal, edited })
+    }
+
+    fn object<'a>(&'a self, journal: &'a Journal, edited: bool) -> Object<'a> {
+        let model = &self.model.model;
+        let Journal { steps, damaged, .. } = journal;
+        Object {
+            schema_version: SCHEMA_VERSION,
+            model,
+            journal: path_of(model),
+            edited,
+            steps,
+            damaged,
         }
-        if self.csv {
-            return csv::history(&journal.steps);
-        }
-        print_line(&text(&journal.steps))?;
-        if edited {
-            crate::say!(
-                "{} is not as step {} left it: the next step keeps the edit in the journal first",
-                path.display(),
-                last.step
-            );
-        }
-        Ok(())
     }
 }
 

@@ -45,6 +45,8 @@ mod export;
 #[cfg(not(target_family = "wasm"))]
 mod flash;
 #[cfg(not(target_family = "wasm"))]
+mod groups;
+#[cfg(not(target_family = "wasm"))]
 mod history;
 #[cfg(not(target_family = "wasm"))]
 mod keygen;
@@ -143,23 +145,35 @@ pub fn answer(
         "compare" => parsed::<compare::Compare>(arguments)?.answer(records),
         "law" => parsed::<law::Law>(arguments)?.answer(records),
         #[cfg(not(target_family = "wasm"))]
-        "simulate" | "derivatives" | "plan" | "fit" => with_files(verb, arguments, progress),
-        other => Err(Error::usage(format!("{other} answers on the command line only"))),
+        #[cfg(not(target_family = "wasm"))]
+        verb => with_files(verb, arguments, progress),
+        #[cfg(target_family = "wasm")]
+        other => Err(no_answer(other)),
     }
 }
 
-/// Of verbs that read or write other files than records, or make them.
+fn no_answer(verb: &str) -> Error {
+    Error::usage(format!("{verb} answers on the command line only"))
+}
+
+/// Of verbs that read or write other files than records, or make them. A journal and a report keep the command.
 #[cfg(not(target_family = "wasm"))]
 fn with_files(verb: &str, arguments: &[String], progress: &Progress) -> Result<Answer> {
+    let words = std::iter::once(format!("yawrig {verb}"));
+    let words: Vec<String> = words.chain(arguments.iter().map(|a| quoted(a))).collect();
+    let command = words.join(" ");
     match verb {
         "simulate" => parsed::<simulate::Simulate>(arguments)?.answer(),
         "derivatives" => parsed::<derivatives::Derivatives>(arguments)?.answer(progress),
         "plan" => parsed::<plan::Plan>(arguments)?.answer(progress),
-        _ => {
-            let command = ["yawrig fit".to_owned()].into_iter();
-            let command: Vec<String> = command.chain(arguments.iter().map(|a| quoted(a))).collect();
-            parsed::<fit::Fit>(arguments)?.answer(command.join(" "))
-        }
+        "fit" => parsed::<fit::Fit>(arguments)?.answer(command),
+        "add" => parsed::<effects::Add>(arguments)?.answer(command),
+        "remove" => parsed::<effects::Remove>(arguments)?.answer(command),
+        "reject" => parsed::<effects::Reject>(arguments)?.answer(command),
+        "history" => parsed::<history::History>(arguments)?.answer(command),
+        "export" => parsed::<export::Export>(arguments)?.answer(),
+        "report" => parsed::<report::ReportArgs>(arguments)?.answer(command),
+        other => Err(no_answer(other)),
     }
 }
 

@@ -1,6 +1,7 @@
 //! What the verbs of the model have in common: which model, and what they print.
 
 use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
+use crate::answer::Answer;
 use clap::Args;
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -58,6 +59,21 @@ pub(super) struct Object<'a> {
 /// What `--json` prints of a step.
 pub(super) fn revised<'a>(model: Option<&'a Path>, revision: &'a Revision) -> Object<'a> {
     Object { schema_version: SCHEMA_VERSION, model, revision }
+}
+
+/// What `--json` prints of a step, with its verdict.
+///
+/// # Errors
+/// Those of [`Answer::new`].
+pub fn answered(model: &Path, revision: &Revision) -> Result<Answer> {
+    let r = &revision.appraisal.residuals;
+    let sentence = format!(
+        "{}: residual {:.3} times the noise, held out {:.3}",
+        model.display(),
+        r.residual_over_noise,
+        r.held_out_over_noise
+    );
+    Answer::new(&revised(Some(model), revision), sentence)
 }
 
 /// Prints what a step has done, as JSON or as text.

@@ -4,6 +4,7 @@ use super::common::{print_json, print_line, AnalysisArgs, EffectsArg};
 use super::identify::expanded;
 use super::model::asked;
 use super::releases::ReleaseArg;
+use crate::answer::Answer;
 use crate::demo::results;
 use clap::Args;
 use serde::de::IgnoredAny;
@@ -67,8 +68,24 @@ impl ReportArgs {
         if let Some(page) = &self.data {
             return taken_out(page);
         }
+        let report = self.written(asked(None).command)?;
+        match self.json {
+            true => print_json(&report),
+            false => print_line(&self.out.display().to_string()),
+        }
+    }
+
+    /// The report's data, as `--json` prints them; `command` is what the page says it was made by.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub fn answer(&self, command: String) -> Result<Answer> {
+        Answer::new(&self.written(command)?, self.out.display().to_string())
+    }
+
+    fn written(&self, command: String) -> Result<Report> {
         self.check()?;
-        let report = self.report()?;
+        let report = self.report(command)?;
         write(&report, &self.out)?;
         if let Some(file) = &self.xlsx {
             files::write_atomically(file, &xlsx::workbook(&report)?)?;
@@ -79,10 +96,7 @@ impl ReportArgs {
             files::write_atomically(&file, chart.file()?.as_bytes())?;
             crate::say!("{}", file.display());
         }
-        match self.json {
-            true => print_json(&report),
-            false => print_line(&self.out.display().to_string()),
-        }
+        Ok(report)
     }
 
     fn picture(&self, name: &str) -> PathBuf {
@@ -105,7 +119,7 @@ impl ReportArgs {
         }
     }
 
-    fn report(&self) -> Result<Report> {
+    fn report(&self, command: String) -> Result<Report> {
         let settings = self.analysis.settings()?;
         let own = self.effects.effects()?;
         let options = Options {
@@ -114,7 +128,7 @@ impl ReportArgs {
             stop: interrupt::stop(),
             ..Options::default()
         };
-        let made = Made::now(asked(None).command);
+        let made = Made::now(command);
         let also = Also { settings: &settings, options: &options, beside: self.beside.as_deref() };
         let report = self.of_files(&also, made)?;
         match (&self.beside, report.kind) {

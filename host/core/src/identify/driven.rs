@@ -56,7 +56,9 @@ impl Search<'_> {
         let amplitude = self.smoothed(every);
         let largest = amplitude.iter().copied().fold(0.0, f64::max);
         let cycle = (POINTS_PER_CYCLE / every).max(1);
-        let driven = self.kept_up_until(&amplitude, largest, every).map(|k| (k, Begin::Driven));
+        // An amplitude is of a cycle about it: half a cycle later it is free for certain.
+        let free = |k: usize| (k + cycle.div_ceil(2), Begin::Driven);
+        let driven = self.kept_up_until(&amplitude, largest, every).map(free);
         let swings: Vec<bool> = self.points.iter().step_by(every).map(Point::swings).collect();
         let pushed = pushed(&amplitude, &swings, largest, cycle).map(|[begun, peak]| {
             // A slow one is over at its peak; of a fast one the search sees to the end.

@@ -16,6 +16,7 @@ pub mod gaps;
 pub mod least_squares;
 mod lowpass;
 pub(crate) mod network;
+mod onset;
 mod oscillation;
 pub(crate) mod outliers;
 mod over_window;

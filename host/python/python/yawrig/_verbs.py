@@ -404,6 +404,102 @@ def fit(
     return Result(_ask("fit", [*options, "--", *(os.fspath(record) for record in records)]))
 
 
+def _reason(model: PathLike, why: Optional[str]) -> List[str]:
+    return _flags(model=os.fspath(model), why=why)
+
+
+def add(
+    model: PathLike,
+    effect: EffectLike,
+    *,
+    source: Optional[str] = None,
+    may_drive: bool = False,
+    keep: bool = False,
+    why: Optional[str] = None,
+) -> Result:
+    """Adds an effect to the model file ``model`` and fits it; a step of its journal.
+
+    Parameters
+    ----------
+    effect : str, path or Effect
+        One of the library by its id, a file, one of your own, or ``"measured_law"``.
+    source : "mechanical", "aerodynamic" or "each_wind"
+        Of a campaign's model: where its strength comes from; what predicts best where it is left out.
+    may_drive : bool
+        ``"measured_law"``: its damping may put energy in.
+    keep : bool
+        Keep it though with it what was held out is predicted worse, which is an error with ``exit_code`` 6 else.
+    why : str
+        The reason, for the journal.
+
+    ``.before`` and ``.residual_over_noise``, ``.held_out_over_noise`` tell whether the error fell.
+    """
+    if source not in (None, "mechanical", "aerodynamic", "each_wind"):
+        raise _native.YawrigError(
+            f"source={source!r}\n  help: give 'mechanical', 'aerodynamic' or 'each_wind', or leave it out"
+        )
+    sources = {source: True} if source else {}
+    with _Effects([effect]) as named:
+        options = [*_reason(model, why), *_flags(may_drive=may_drive, keep=keep, **sources)]
+        return Result(_ask("add", [*options, "--", *named]))
+
+
+def remove(model: PathLike, effect: str, *, why: Optional[str] = None) -> Result:
+    """Takes an effect out of the model file ``model`` and fits what is left; a step of its journal."""
+    return Result(_ask("remove", [*_reason(model, why), "--", effect]))
+
+
+def reject(model: PathLike, effect: EffectLike, why: str) -> Result:
+    """Writes down, with the reason, that an effect is not to be added; the model stays as it is."""
+    with _Effects([effect]) as named:
+        return Result(_ask("reject", [*_reason(model, why), "--", *named]))
+
+
+def history(model: PathLike, *, return_to: Optional[int] = None, why: Optional[str] = None) -> Result:
+    """The steps of a model's journal, ``.steps``; before that, a return to the one with the number ``return_to``."""
+    back = [] if return_to is None else [f"--return={return_to}"]
+    return Result(_ask("history", [*_reason(model, why), *back]))
+
+
+def export(model: PathLike, out: PathLike, *, to: str, force: bool = False) -> str:
+    """Writes a model to the file ``out`` for use elsewhere, ``to`` "python", "matlab", "c" or "csv"; its path."""
+    options = _flags(to=to, out=os.fspath(out), force=force)
+    return str(Result(_ask("export", [*options, "--", os.fspath(model)])).out)
+
+
+def report(
+    files: Union[PathLike, Sequence[PathLike]],
+    out: PathLike = "report.html",
+    *,
+    xlsx: Optional[PathLike] = None,
+    pictures: Optional[PathLike] = None,
+    unknown_zero: bool = False,
+    force: bool = False,
+) -> Result:
+    """Writes what is known of records, a campaign, a model or a demo to one page that needs no network.
+
+    Parameters
+    ----------
+    files : path or list of paths
+        Records, one campaign.toml, one or more models, or the folder of a demo.
+    out, xlsx : path
+        The page, and a workbook of all its tables.
+    pictures : path
+        A folder for its drawings, an SVG each.
+    force : bool
+        Write over what is there.
+
+    The result is the data in the page.
+    """
+    one = isinstance(files, (str, os.PathLike))
+    several = [files] if one else list(files)  # type: ignore[list-item, arg-type]
+    options = _flags(
+        out=os.fspath(out), xlsx=None if xlsx is None else os.fspath(xlsx),
+        pictures=None if pictures is None else os.fspath(pictures), unknown_zero=unknown_zero, force=force,
+    )
+    return Result(_ask("report", [*options, "--", *(os.fspath(file) for file in several)]))
+
+
 def plan(
     file: PathLike,
     *,
