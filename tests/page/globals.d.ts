@@ -159,7 +159,7 @@ interface OwnForm { id: string; title: string; moment: string; parameters: OwnPa
 interface OwnFault extends Fault { at: { field: string; column: number; width: number } | null }
 interface OwnLaw extends Cuts<number | null> { id: string; text: string; warnings: string }
 
-// GET /api/live and the news (live/seen.rs, link/src/live/item.rs, link/src/follow.rs)
+// GET /api/live and the news (session/src/followed.rs, protocol/src/live/item.rs, protocol/src/follow.rs)
 
 interface Replay {
   file: string; started: string | null; is_finished: boolean; from_s: number; to_s: number; at_s: number;
@@ -198,7 +198,7 @@ interface HappenedLine extends Logged {
     | "back" | "derivatives" | "mark" | "record" | "trace_ended";
   time_s: number;
 }
-interface SaidLine extends Logged { event: "refused" | "recorded" }
+interface SaidLine extends Logged { event: "refused" | "recorded" | "writing" | "waiting" | "written" }
 type LogLine = WindowLine | ReleaseLine | RefinedLine | ConditionLine | HappenedLine | SaidLine;
 interface StoredSession {
   session: string; started: string; duration_s: number | null; releases: number; marks: number;
@@ -256,18 +256,35 @@ declare module "*/yawrig.js" {
   export function hold(name: string, bytes: Uint8Array): void;
   export function take(name: string, bytes: Uint8Array): string;
   export function answer(path: string, asked: string): string;
+  export function board_begin(name: string, says: (kind: string, of: any) => void): void;
+  export function board_came(bytes: Uint8Array): void;
+  export function board_gone(why: string): void;
+  export function board_back(): void;
+  export function board_turn(): void;
+  export function board_order(order: string): void;
+  export function board_network(name: string, bytes: Uint8Array): void;
+  export function board_end(): void;
 }
+/** A port of Web Serial, as far as it is used (TypeScript's library has none of it). */
+interface WebPort extends EventTarget {
+  readonly readable: ReadableStream<Uint8Array<ArrayBuffer>> | null;
+  readonly writable: WritableStream<Uint8Array> | null;
+  getInfo(): { usbVendorId?: number; usbProductId?: number };
+  open(how: { baudRate: number; bufferSize: number }): Promise<void>;
+  close(): Promise<void>;
+}
+interface WebSerial extends EventTarget { requestPort(): Promise<WebPort> }
 
-// The page (index.html, server.html, static.html, live.html, panels.html, and what the scripts put there). `pure.test.js` holds the names against it.
+// The page (index.html, server.html, static.html, live.html, board.html, drawn.html, panels.html, and what the scripts put there). `pure.test.js` holds the names against it.
 
 type ButtonId = "cancel-button" | "diagnose-button" | "fit-button" | "help-button" | "law-button" | "live-button" | "live-close"
   | "live-connect" | "live-mark" | "live-record" | "measure-back" | "measure-begin" | "measure-skip" | "open-button" | "replay-play"
   | "tab-derivatives" | "tab-effects" | "tab-own" | "together-button" | "uncut-button" | "own-try" | "own-add" | "own-save"
-  | "close-button" | "folder-button" | "phone-button" | "save-button";
+  | "board-save" | "board-set" | "board-write" | "close-button" | "folder-button" | "phone-button" | "save-button";
 type DialogId = "campaign-dialog" | "drop-dialog" | "help" | "open-dialog" | "phone-dialog" | "save-dialog";
-type DetailsId = "printed";
-type InputId = "open-file" | "open-folder" | "live-note" | "measure-file" | "measure-spring" | "measure-wind" | "replay-time";
-type SelectId = "live-device" | "live-session" | "live-source" | "live-speed" | "measure-axis" | "measure-what" | "replay-place"
+type DetailsId = "board-about" | "printed";
+type InputId = "board-area" | "board-density" | "board-file" | "board-inertia" | "board-length" | "board-spring" | "board-wind" | "open-file" | "open-folder" | "live-note" | "measure-file" | "measure-spring" | "measure-wind" | "replay-time";
+type SelectId = "board-axis" | "live-device" | "live-session" | "live-source" | "live-speed" | "measure-axis" | "measure-what" | "replay-place"
   | "replay-speed";
 type TableId = "measure-points";
 type ElementOf<Id> = Id extends ButtonId ? HTMLButtonElement : Id extends DialogId ? HTMLDialogElement

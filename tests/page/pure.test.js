@@ -5,7 +5,7 @@ import test from "node:test";
 import { whole } from "./scripts/dropped.js";
 import { wrapped } from "./scripts/own.js";
 import { paired } from "./scripts/derivatives.js";
-import { shown } from "./scripts/measure.js";
+import { shown } from "./scripts/points.js";
 import { swings, written } from "./scripts/phone.js";
 import { trialColour } from "./scripts/panels.js";
 import { called } from "./scripts/replay.js";
@@ -83,7 +83,7 @@ test("trials have the colours of the style sheet, again and again", () => {
 });
 
 test("the types know of what kind the page's elements are", () => {
-  const page = ["index", "server", "static", "live", "panels"].map((name) => readFileSync(new URL(`./scripts/${name}.html`, import.meta.url), "utf8")).join();
+  const page = ["index", "server", "static", "live", "board", "drawn", "panels"].map((name) => readFileSync(new URL(`./scripts/${name}.html`, import.meta.url), "utf8")).join();
   const types = readFileSync(new URL("../../tests/page/globals.d.ts", import.meta.url), "utf8");
   const made = ["own-try", "own-add", "own-save"];
   for (const kind of ["Button", "Details", "Dialog", "Input", "Select", "Table"]) {

@@ -1,6 +1,11 @@
 //! What time it is.
 
+#[cfg(not(target_family = "wasm"))]
+pub use std::time::Instant;
 use std::time::SystemTime;
+/// The library's is none in a browser's module.
+#[cfg(target_family = "wasm")]
+pub use web_time::Instant;
 
 /// In a browser's module its own clock's: the library's is none there.
 #[cfg(target_family = "wasm")]

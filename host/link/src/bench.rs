@@ -114,7 +114,7 @@ impl Bench {
     ///
     /// # Errors
     /// Exit 4 while it is not there; as [`Client::open`].
-    pub fn reopen(&mut self) -> Result<Option<String>> {
+    pub fn open_again(&mut self) -> Result<Option<String>> {
         let old = self.client.path().to_owned();
         // The ports are listed only for a device on USB: others have nothing that identifies them.
         let ports = if self.usb.is_some() { (self.list)()? } else { Vec::new() };
@@ -129,7 +129,7 @@ impl Bench {
 
     /// Whether the device may be plugged in again: not one of this program, nor of another, whose
     /// terminal goes with it.
-    pub fn may_come_back(&self) -> bool {
+    pub fn is_pluggable(&self) -> bool {
         self.hub.is_none() && !port::is_of_a_program(self.client.path())
     }
 

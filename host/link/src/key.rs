@@ -1,7 +1,7 @@
 //! The keys a device is locked with: ed25519, the private one in a file that only its owner may read (on
 //! Windows those who may read its folder).
 
-use crate::client::{Client, LinkError};
+use crate::client::{waited, Client, LinkError};
 use ed25519_compact::{KeyPair, PublicKey, Seed};
 use rand::TryRngCore;
 use std::fs::OpenOptions;
@@ -9,18 +9,14 @@ use std::io::{ErrorKind, Write};
 use std::path::Path;
 use yawrig_base::error::{Error, Exit, Result};
 use yawrig_base::settings;
+use yawrig_protocol::flash::{challenge, lost, Sign};
+pub use yawrig_protocol::flash::{hex, LOST_HELP};
 use yawrig_shared::wire::{
-    network_message, unlock_message, update_message, Refusal, Reply, Request, Signature,
-    NOBODYS_KEY,
+    network_message, unlock_message, update_message, Refusal, Request, Signature, NOBODYS_KEY,
 };
 
 /// First line of a private key's file.
 const KIND: &str = "yawrig private key 1";
-
-/// Bytes as hexadecimal digits, as keys are shown.
-pub fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
 
 fn from_hex(text: &str) -> Option<[u8; 32]> {
     if text.len() != 64 || !text.is_ascii() {
@@ -93,19 +89,18 @@ pub fn public(key: &str) -> Result<[u8; 32]> {
     }
 }
 
-/// What a locked device wants of this blob, upon its challenge: a permit to begin, and a signature before the
-/// trial.
-pub fn sign_update(key: &KeyPair, (number, nonce): (u32, u32), blob: &[u8]) -> [Signature; 2] {
-    let permit = update_message(number, nonce, blob.len() as u32);
-    let network = [&network_message(number, nonce)[..], blob].concat();
-    [sign(key, &permit), sign(key, &network)]
-}
+/// A key pair that signs networks.
+pub struct Signer<'a>(pub &'a KeyPair);
 
-/// A challenge of a locked device.
-pub fn challenge(client: &mut Client) -> std::result::Result<(u32, u32), LinkError> {
-    match client.request(&Request::Challenge)? {
-        Reply::Challenge { number, nonce } => Ok((number, nonce)),
-        other => Err(LinkError::Gone(format!("it answered a challenge with {other:?}"))),
+impl Sign for Signer<'_> {
+    fn public(&self) -> [u8; 32] {
+        *self.0.pk
+    }
+
+    fn sign_update(&self, (number, nonce): (u32, u32), blob: &[u8]) -> [Signature; 2] {
+        let permit = update_message(number, nonce, blob.len() as u32);
+        let network = [&network_message(number, nonce)[..], blob].concat();
+        [sign(self.0, &permit), sign(self.0, &network)]
     }
 }
 
@@ -131,7 +126,7 @@ pub fn lock(client: &mut Client, key: &[u8; 32]) -> Result<()> {
 /// Exit 5 where it refuses: it is locked with another key, or not locked.
 pub fn unlock(client: &mut Client, key: &KeyPair) -> Result<()> {
     not_lost(client)?;
-    let (number, nonce) = challenge(client).map_err(|e| why(client, e))?;
+    let (number, nonce) = waited(challenge(client)).map_err(|e| why(client, e))?;
     let signature = sign(key, &unlock_message(number, nonce));
     client.request(&Request::Unlock { signature }).map(drop).map_err(|e| why(client, e))
 }
@@ -141,20 +136,6 @@ fn not_lost(client: &mut Client) -> Result<()> {
         Some(NOBODYS_KEY) => Err(lost(client)),
         _ => Ok(()),
     }
-}
-
-/// What is done about a lock that is [lost](NOBODYS_KEY).
-pub const LOST_HELP: &str =
-    "erase its whole flash over its debug plug or its boot loader, as the book says under \
-    \"Who may write\"; then write firmware, network and lock anew";
-
-/// Of a device whose lock is [lost](NOBODYS_KEY).
-pub fn lost(client: &Client) -> Error {
-    let why = format!(
-        "the device on {} is locked, and its flash has lost with which key: nobody's opens it",
-        client.path()
-    );
-    Error::new(Exit::Flash, why).help(LOST_HELP)
 }
 
 fn why(client: &Client, error: LinkError) -> Error {

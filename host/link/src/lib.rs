@@ -2,15 +2,10 @@
 
 #![forbid(unsafe_code)]
 
-pub mod advice;
-pub mod amplitude_trend;
 pub mod bench;
 pub mod client;
-pub mod condition;
 pub mod emulated;
-pub mod events;
 pub mod flash;
-pub mod follow;
 pub mod holders;
 pub mod hub;
 pub mod image;
@@ -18,7 +13,6 @@ pub mod key;
 pub mod linearity;
 pub mod live;
 pub mod log;
-pub mod numbers;
 pub mod port;
 #[cfg(unix)]
 mod pty;
@@ -27,3 +21,5 @@ pub mod qemu;
 pub mod replay;
 mod socket;
 pub mod terminal;
+
+pub use yawrig_protocol::{about, advice, amplitude_trend, condition, events, follow, numbers};

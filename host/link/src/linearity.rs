@@ -2,20 +2,17 @@
 //! and forgotten.
 
 use crate::client::{Client, LinkError};
-use serde_json::{json, Value};
 use yawrig_base::error::{Error, Exit, Result};
 use yawrig_base::settings;
 use yawrig_core::linearity::{Knots, Learned, Swings};
 use yawrig_core::record::Record;
+use yawrig_protocol::linearity::code_counts;
+pub use yawrig_protocol::linearity::{absent_name, codes, json, text};
 use yawrig_shared::linearity::{Head, Table, FEWEST_KNOTS, KNOTS};
-use yawrig_shared::wire::{
-    Absent, Linearity, LinearityPart, Refusal, Request, Settings, PART_KNOTS,
-};
+use yawrig_shared::wire::{LinearityPart, Refusal, Request, Settings, PART_KNOTS};
 
 /// Fewest releases: what is one release's own is to be told from what is the sensor's.
 pub const FEWEST_RELEASES: usize = 3;
-/// Counts of a code of 12 bits, where the device's converter gives so many codes.
-const CODES: f64 = 4095.0;
 /// Readings further from a whole count than this are of another scale.
 const WHOLE: f64 = 0.1;
 /// Bits of the largest unit of a correction.
@@ -36,16 +33,6 @@ pub struct Widest {
     /// How far the angle moves while the reading stands still, and where, from the rest.
     pub deg: f64,
     pub at_deg: f64,
-}
-
-/// Counts of a code.
-fn code_counts(settings: &Settings) -> f64 {
-    (f64::from(settings.full_scale_counts) / CODES).max(1.0)
-}
-
-/// Counts as codes of 12 bits.
-pub fn codes(counts: f64, settings: &Settings) -> f64 {
-    counts / code_counts(settings)
 }
 
 /// The table of `records`, which were recorded through the sensor that has these settings. None where they
@@ -240,48 +227,4 @@ fn why(client: &Client, error: LinkError) -> Error {
         other => return client.explain(LinkError::Refused(other), "the table"),
     };
     Error::new(Exit::Flash, format!("the device on {} refused: {what}", client.path())).help(help)
-}
-
-/// What a device says of its table, as JSON: null where there is none.
-pub fn json(linearity: &Linearity, settings: &Settings) -> Value {
-    let Linearity { knots, learned_from, largest_counts, .. } = *linearity;
-    if knots == 0 {
-        return Value::Null;
-    }
-    let largest_codes = codes(f64::from(largest_counts), settings);
-    json!({"learned_from": learned_from, "knots": knots, "largest_codes": largest_codes})
-}
-
-/// Why a table that was written is not used, as JSON names it.
-pub fn absent_name(absent: Absent) -> &'static str {
-    match absent {
-        Absent::Sensor => "sensor",
-        Absent::Damaged => "damaged",
-        Absent::Unfinished => "unfinished",
-    }
-}
-
-/// The same in words.
-pub fn text(linearity: &Linearity, settings: &Settings) -> String {
-    let Linearity { knots, learned_from, largest_counts, absent } = *linearity;
-    match absent {
-        Some(Absent::Sensor) => {
-            return "not corrected: its table is of another sensor or board".to_owned()
-        }
-        Some(Absent::Damaged) => {
-            return "not corrected: its flash does not hold its table as it was written; write it again"
-                .to_owned()
-        }
-        Some(Absent::Unfinished) => {
-            return "not corrected: a table is being written, or was not written to its end".to_owned()
-        }
-        None => {}
-    }
-    match knots {
-        0 => "not corrected for its converter's error".to_owned(),
-        _ => format!(
-            "corrected by a table of {knots} knots from {learned_from} releases, by up to {:.1} codes",
-            codes(f64::from(largest_counts), settings)
-        ),
-    }
 }

@@ -6,6 +6,7 @@
 
 mod bench;
 mod derived;
+pub mod followed;
 pub mod job;
 mod kept;
 mod law;

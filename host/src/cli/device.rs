@@ -9,15 +9,12 @@ use clap::{Args, Subcommand};
 use serde_json::{json, Value};
 use std::path::PathBuf;
 use yawrig_base::error::{Error, Result};
+use yawrig_link::about;
 use yawrig_link::bench::Target;
 use yawrig_link::client::Identity;
-use yawrig_link::follow::{
-    device_json, learnt_json, learnt_text, sensor_json, sensor_text, start_json, start_text,
-    topology,
-};
+use yawrig_link::follow::{device_json, learnt_json, sensor_json, start_json};
 use yawrig_link::key;
 use yawrig_link::linearity as link;
-use yawrig_link::numbers::{named, Named};
 use yawrig_shared::wire::{SlotState, Status, NOBODYS_KEY};
 
 #[derive(Args, Debug)]
@@ -96,7 +93,7 @@ pub fn run(arguments: &Device) -> Result<()> {
             arguments.device.device
         );
     }
-    print_line(&to_text(identity, &status))
+    print_line(&about::text(identity, &status))
 }
 
 fn to_json(identity: &Identity, status: &Status) -> Value {
@@ -128,57 +125,4 @@ fn to_json(identity: &Identity, status: &Status) -> Value {
     object["sensor"] = sensor_json(&status.sensor);
     object["start"] = start_json(&status.start);
     object
-}
-
-fn to_text(identity: &Identity, status: &Status) -> String {
-    let network = &status.network;
-    let from = match network.slot {
-        Some(slot) if network.on_trial => {
-            format!("slot {slot}, generation {}, on trial", network.generation)
-        }
-        Some(slot) => format!("slot {slot}, generation {}", network.generation),
-        None => "compiled in".to_owned(),
-    };
-    let mut lines = vec![
-        format!("firmware  {} on {}", identity.firmware, identity.board),
-        format!("protocol  {}", identity.protocol),
-        format!("network   {} {} ({from})", network_id(network.id), topology(status)),
-    ];
-    if !network.effects.is_empty() {
-        let effects = network.effects.replace(' ', ", ");
-        lines.push(format!("model     second-order with {effects}"));
-    }
-    for Named { name, unit } in named(network) {
-        lines.push(format!(
-            "says      {name} in {unit}, beside natural frequency and damping ratio"
-        ));
-    }
-    for (index, slot) in status.slots.iter().enumerate() {
-        let state = match slot {
-            SlotState::Empty => "empty".to_owned(),
-            SlotState::Invalid => "not committed or damaged".to_owned(),
-            SlotState::Valid { generation, id } => {
-                format!("network {}, generation {generation}", network_id(*id))
-            }
-        };
-        lines.push(format!("slot {index}    {state}"));
-    }
-    lines.push(match &status.lock {
-        Some(NOBODYS_KEY) => {
-            "lock      lost: it takes no network, and nobody's key opens it".to_owned()
-        }
-        Some(key) => format!("lock      only networks signed with {}", key::hex(key)),
-        None => "lock      none: takes any network".to_owned(),
-    });
-    if status.lock == Some(NOBODYS_KEY) {
-        lines.push(format!("          {}", key::LOST_HELP));
-    }
-    lines.push(format!("learnt    {}", learnt_text(&status.learnt)));
-    lines.push(format!("sensor    {}", sensor_text(&status.sensor)));
-    lines.push(format!("          {}", link::text(&status.linearity, &status.settings)));
-    let settings = &status.settings;
-    lines.push(format!("analyses  {} deg down to {} deg", settings.from_deg, settings.to_deg));
-    lines.push(format!("samples   {} taken, {} lost", status.samples, status.lost_samples));
-    lines.push(format!("started   {}", start_text(&status.start)));
-    lines.join("\n")
 }

@@ -5,6 +5,7 @@
 //! what is under way ends with the worker.
 #![deny(unsafe_code)]
 
+mod board;
 mod printed;
 mod session;
 

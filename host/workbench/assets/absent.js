@@ -1,5 +1,2 @@
-// What a page without a server has not: a device that is followed, a campaign made of a folder on the disk.
-export const build = () => {}, toggle = () => {}, onVerdict = () => {}, heard = () => {};
+// What a page without a server has not: a campaign made of a folder on the disk.
 export const open = async () => {};
-export const verdict = () => null;
-export const key = () => false;

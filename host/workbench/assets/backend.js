@@ -28,7 +28,8 @@ export function listen(says, tells) { said = says; told = tells; }
 
 /** Compiled once, by the page: its content policy holds for it. @type {Promise<WebAssembly.Module> | null} */
 let module = null;
-async function compiled() {
+export const compiled = () => module ??= compile();
+async function compile() {
   const answer = await fetch("yawrig_bg.wasm");
   if (!answer.ok) throw new Error(`yawrig_bg.wasm: ${answer.status}`);
   // A server that does not know the type says another.
@@ -64,7 +65,7 @@ async function begun() {
   };
   now.onerror = () => { if (now === worker) end(GONE); };
   try {
-    now.postMessage({ module: await (module ??= compiled()) });
+    now.postMessage({ module: await compiled() });
   } catch {
     module = null;
     if (now === worker) end(GONE);

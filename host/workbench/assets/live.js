@@ -1,18 +1,11 @@
-// A device followed, or a stored session shown again: its trace, each window's estimate, the log, recording and marks.
+// A device followed, or a stored session shown again: what is chosen, recording and marks.
+import * as drawn from "./drawn.js";
 import * as measure from "./measure.js";
-import * as numbers from "./numbers.js";
 import * as replay from "./replay.js";
 import { by, get, make, post } from "./talk.js";
 
-/** @typedef {"natural_frequency_rad_s" | "damping_ratio"} WindowColumn */
-const SPAN_S = 30, MOST = 6000, MOST_LINES = 200, RESULTS = 40;
-/** @type {LiveTrace} */
-const trace = { time_s: [], low_deg: [], high_deg: [] };
-const COLUMNS = /** @type {const} */ (["time_s", "low_deg", "high_deg"]);
-/** Marks and releases on the trace; the device's last word on a release. */
-let /** @type {{ x: number, text: string }[]} */ places = [], /** @type {LogLine | null} */ said = null;
-let /** @type {WindowLine[]} */ windows = [], isOpen = false, due = false, last = 0, /** @type {Failed} */ fail = () => {};
-let /** @type {{ trace: LinePlot, wn: LinePlot, zeta: LinePlot } | null} */ plots = null;
+/** The device's last word on a release. */
+let said = /** @type {LogLine | null} */ (null), isOpen = false, /** @type {Failed} */ fail = () => {};
 /** Until the server has said what is. @type {LiveState} */
 let state = { epoch: 0, is_followed: false, device: "", samples: 0, missing_samples: 0, recording: null, speed: null, measuring: null, disk: null, replay: null, fault: null };
 // What is taken belongs to one beginning; news that come while its history is asked for wait.
@@ -21,12 +14,6 @@ let refused = "", /** @type {number | null} */ epoch = null, asking = false, /**
 /** @param {Failed} failed */
 export function build(failed) {
   fail = failed;
-  const marks = (/** @type {WindowColumn} */ column) => () => windows.map((w, k) => ({ x: w.time_s, y: w[column], colour: k === windows.length - 1 ? "ghost" : "model" }));
-  plots = {
-    trace: Plots.lines(by("plot-live"), { x: { label: "session time (s)" }, y: { label: "yaw angle (deg)" }, places: () => places, cursor: false }),
-    wn: Plots.lines(by("plot-live-wn"), { x: { label: "session time (s)" }, y: { label: "wn (rad/s)" }, marks: marks("natural_frequency_rad_s"), cursor: false }),
-    zeta: Plots.lines(by("plot-live-zeta"), { x: { label: "session time (s)" }, y: { label: "damping ratio" }, marks: marks("damping_ratio"), cursor: false }),
-  };
   /** @type {ActLive} */
   const done = async (what) => {
     refused = "";
@@ -50,7 +37,7 @@ export function build(failed) {
   by("live-close").onclick = toggle;
   replay.build(act);
   measure.build(act, fail);
-  numbers.build();
+  drawn.build();
 }
 
 let told = () => {};
@@ -71,11 +58,9 @@ export async function open() {
   asking = true;
   try {
     const now = await get("/api/live");
-    for (const name of COLUMNS) trace[name] = [];
-    windows = []; places = []; said = null; last = 0; epoch = now.epoch;
+    said = null; epoch = now.epoch;
     measure.forget();
-    numbers.forget();
-    by("live-log").replaceChildren();
+    drawn.forget();
     replay.places(now.places);
     take(now);
     if ((now.is_followed || now.replay) && by("live").hidden && !isOpen) toggle();
@@ -131,32 +116,15 @@ export const key = (event) => !by("live").hidden && !!state.replay && replay.key
 function take(now) {
   const was = state;
   state = now;
-  if (now.trace) {
-    const { time_s } = trace, known = time_s.length ? time_s[time_s.length - 1] : -1;
-    const from = now.trace.time_s.findIndex((t) => t > known);
-    for (const name of COLUMNS) {
-      if (from >= 0) trace[name].push(...now.trace[name].slice(from));
-      if (trace[name].length > MOST) trace[name].splice(0, trace[name].length - MOST);
-    }
-  }
-  for (const line of now.lines || []) {
-    if (line.number <= last) continue;
-    last = line.number;
+  for (const line of drawn.take(now)) {
     measure.heard(line);
-    numbers.heard(line);
-    if (line.event === "window") { windows.push(line); if (windows.length > RESULTS) windows.shift(); }
-    if (line.event === "mark") places.push({ x: line.time_s, text: line.text.replace(/^mark at [^:]*: /, "") });
     if (["release", "refined"].includes(line.event)) { said = line; told(); }
-    const lost = ["trace_ended", "gap", "events_lost", "restarted", "silent", "disconnected", "refused"].includes(line.event);
-    by("live-log").prepend(make("li", { className: lost ? "lost" : "", textContent: line.text, "data-event": line.event }));
     if (line.event === "recorded") offer();
   }
-  while (by("live-log").childElementCount > MOST_LINES) by("live-log").lastChild?.remove();
   if (now.fault && (!was.fault || was.fault.message !== now.fault.message)) fail(now.fault);
   if (now.replay) by("live-source").value = "session";
   drawHead();
-  // One drawing a frame, however much has come.
-  if (!due && !by("live").hidden) { due = true; requestAnimationFrame(() => { due = false; draw(); }); }
+  drawn.soon(draw);
 }
 
 function drawHead() {
@@ -203,26 +171,6 @@ function why() {
 }
 
 function draw() {
-  if (!plots || by("live").hidden) return;
-  const { time_s, low_deg, high_deg } = trace, /** @type {number[]} */ xs = [], /** @type {Column} */ ys = [];
-  const first = state.replay ? state.replay.from_s : 0;
-  const end = time_s.length ? time_s[time_s.length - 1] : first, from = time_s.findIndex((t) => t >= end - SPAN_S);
-  for (let k = Math.max(from, 0); k < time_s.length; k++) {
-    // Where samples are missing the line is broken.
-    if (k > 0 && time_s[k] - time_s[k - 1] > 0.025) { xs.push((time_s[k] + time_s[k - 1]) / 2); ys.push(null); }
-    xs.push(time_s[k], time_s[k] + 0.005);
-    const falls = k > 0 && high_deg[k] < high_deg[k - 1];
-    ys.push(...(falls ? [high_deg[k], low_deg[k]] : [low_deg[k], high_deg[k]]));
-  }
   // What was there before is not what was asked for.
-  if (refused) { xs.length = 0; ys.length = 0; }
-  plots.trace.set([xs, ys], [{ colour: "model", width: 1.2 }], [Math.max(first, end - SPAN_S), Math.max(end, first + SPAN_S)]);
-  plots.trace.say(xs.length ? null : why());
-  numbers.draw();
-  /** @type {[LinePlot, WindowColumn][]} */
-  const results = [[plots.wn, "natural_frequency_rad_s"], [plots.zeta, "damping_ratio"]];
-  for (const [plot, column] of results) {
-    plot.set([windows.map((w) => w.time_s), windows.map((w) => w[column])], [{ invisible: true }]);
-    plot.say(windows.length ? null : "each three cycles of a release");
-  }
+  drawn.draw(state.replay ? state.replay.from_s : 0, why(), !!refused);
 }

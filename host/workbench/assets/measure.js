@@ -1,8 +1,9 @@
-// What a followed device's releases are made under: set, shown, and led through a campaign; their derivatives.
-import { by, make } from "./talk.js";
+// What a followed device's releases are made under: set, shown, and led through a campaign.
+import * as points from "./points.js";
+import { by } from "./talk.js";
+export { heard } from "./points.js";
 
-/** @typedef {{ at: string, name: string, d: DeviceDerivatives }} MeasuredPoint */
-let /** @type {ConditionLine | null} */ next = null, /** @type {MeasuredPoint[]} */ points = [], wanted = "", hasEnded = false;
+let wanted = "", hasEnded = false;
 
 /** @param {ActLive} act @param {Failed} fail */
 export function build(act, fail) {
@@ -19,7 +20,7 @@ export function build(act, fail) {
 }
 
 export function forget() {
-  next = null; points = []; wanted = "";
+  points.forget(); wanted = "";
 }
 
 /** Fills the fields with what is measured, once: it may have been begun elsewhere. @param {Measuring | null} measuring */
@@ -35,34 +36,15 @@ function fill(measuring) {
   by("measure-wind").value = wind_speed_m_s === null ? "" : String(wind_speed_m_s);
 }
 
-/** Takes a line of the log. @param {LogLine} line */
-export function heard(line) {
-  if (line.event === "condition") next = line;
-  if (line.event === "derivatives") next = null;
-  if (!next || !("derivatives" in line) || !line.derivatives || next.wind_speed_m_s === 0) return;
-  const { spring, axis, wind_speed_m_s } = next, at = JSON.stringify([spring, axis, wind_speed_m_s]);
-  // The refined ones take the place of the network's, a release made again that of the one before.
-  points = points.filter((p) => p.at !== at);
-  points.push({ at, name: `${spring} ${axis}, ${wind_speed_m_s} m/s`, d: line.derivatives });
-}
-
-/** A derivative with its uncertainty, where that is known. @param {number} value @param {number | null} u */
-export function shown(value, u) {
-  const places = u !== null && u > 0 ? Math.min(Math.max(1 - Math.floor(Math.log10(u)), 0), 9) : 4;
-  return `${value.toFixed(places)}${u === null ? "" : ` ±\u00a0${u.toFixed(places)}`}`.replace("-", "−");
-}
-
 /** @param {LiveState} [state] */
 export function draw(state) {
   if (state) { by("live-measure").hidden = !state.is_followed; fill(state.measuring); }
   const isOne = by("measure-what").value === "condition";
   for (const id of /** @type {const} */ (["measure-spring", "measure-axis", "measure-wind"])) by(id).hidden = !isOne;
+  const next = points.next();
   for (const id of /** @type {const} */ (["measure-back", "measure-skip"])) by(id).disabled = !next;
   by("measure-skip").hidden = isOne;
   if (state) hasEnded = !!state.measuring && state.measuring.has_ended;
   by("measure-next").textContent = next ? next.text.split("\n").pop() ?? "" : hasEnded ? "all releases are made; the recording has ended" : "";
-  by("measure-panel").hidden = !points.length;
-  // Newest first, as in the log: it is what one looks for.
-  by("measure-points").tBodies[0].replaceChildren(...points.toReversed().map((p) => make("tr", {},
-    ...[p.name, shown(p.d.cn_beta, p.d.cn_beta_u), shown(p.d.cn_r, p.d.cn_r_u)].map((t) => make("td", { textContent: t })))));
+  points.draw();
 }

@@ -1,5 +1,5 @@
 // Numbers of effects that a device's network says: each window's, and the releases' with their uncertainty.
-import { by } from "./talk.js";
+import { by } from "./elements.js";
 
 const RESULTS = 40;
 let /** @type {WindowLine[]} */ windows = [], /** @type {ReleaseLine[]} */ releases = [], /** @type {LinePlot[]} */ plots = [];

@@ -3,6 +3,7 @@ import { by, get, make, post, send } from "./talk.js";
 import { file, isKept, onUnkept } from "./backend.js";
 import * as dropped from "./dropped.js";
 import { seen } from "./panels.js";
+import * as kept from "./kept.js";
 import * as phone from "./phone.js";
 import { page } from "./workbench.js";
 
@@ -15,6 +16,8 @@ function download(name, bytes) {
 
 /** What can be saved: files that were written here, and what is made for it. */
 async function offer() {
+  // A browser without storage has kept none.
+  const boards = await kept.files().catch(() => new Map());
   const dialog = by("save-dialog"), { files } = await get("/api/held"), release = seen.release;
   const written = files.map(({ name }) => name).filter((name) => /\.(toml|jsonl)$|^phone-/.test(name));
   const saved = (/** @type {string} */ name, /** @type {() => Promise<BlobPart | null>} */ bytes) => make("button", { type: "button", textContent: name, "data-save": name, onclick: async () => {
@@ -26,6 +29,9 @@ async function offer() {
     make("div", { className: "file-list" }, ...written.map((name) => saved(name, async () => /** @type {any} */ (await file(name)))),
       ...written.includes("model.toml") ? [saved("report.html", async () => (await get("/api/report")).html)] : [],
       ...release === null ? [] : [printed("identify"), printed("diagnose")]),
+    ...boards.size ? [make("p", { className: "caption", textContent: "What boards have said, a line of JSON each, and their releases:" }),
+      make("div", { className: "file-list" }, ...[...boards].map(([name, text]) => saved(name, text)),
+        make("button", { type: "button", id: "forget-boards", textContent: "Forget these", onclick: async () => { dialog.close(); await kept.forget().catch(page.failed); } }))] : [],
     make("p", { className: "row" }, make("button", { type: "button", textContent: "Close", onclick: () => dialog.close() })));
   dialog.showModal();
 }

@@ -197,8 +197,8 @@ const KEYS = [
   ["z", "all of the record", () => panels.zoom(null, null), ["z"]],
   ["x", "analyse only the stretch in view, or, with all in view, all of the record", () => panels.cut(), ["x"]],
   ["1  2  3", "effects, your own, derivatives", (e) => tab(TABS[+e.key - 1]), ["1", "2", "3"]],
-  ...!HAS_SYSTEM ? [] : /** @type {Key[]} */ ([["l", "follow a device or show a stored session, or back to the releases", () => live.toggle(), ["l"]],
-  ["Space  [  ]", "a stored session: play or pause; to the mark or release before, after; arrows: 5 s", null, []]]),
+  ["l", HAS_SYSTEM ? "follow a device or show a stored session, or back to the releases" : "follow a board, or back to the releases", () => live.toggle(), ["l"]],
+  ...!HAS_SYSTEM ? [] : /** @type {Key[]} */ ([["Space  [  ]", "a stored session: play or pause; to the mark or release before, after; arrows: 5 s", null, []]]),
   ["o", HAS_SYSTEM ? "open a record of this folder" : "open records", () => open(), ["o"]],
   ...!HAS_SYSTEM ? [] : /** @type {Key[]} */ ([["g", "make a campaign.toml of the folder's records", () => makeCampaign(), ["g"]]]),
   ["Esc", "cancel what is under way", () => cancel(), ["Escape"]],
@@ -265,7 +265,7 @@ function start() {
   });
   own.build(act, say, failed);
   live.build(failed);
-  if (HAS_SYSTEM) by("live-button").onclick = live.toggle;
+  by("live-button").onclick = live.toggle;
   by("help").replaceChildren(make("p", { className: "row close" }, make("button", { type: "button", textContent: "Close", onclick: () => by("help").close() })),
     make("h2", { textContent: "Keys" }),
     make("dl", {}, ...KEYS.flatMap(([keys, what]) => [make("dt", {}, ...keys.split("  ").flatMap((k) => [make("kbd", { textContent: k }), " "])), make("dd", { textContent: what })])),

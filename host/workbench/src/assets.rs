@@ -13,8 +13,10 @@ pub struct Asset {
 /// What both pages have in common.
 const PAGE: &str = include_str!("../assets/index.html");
 const PANELS: [&str; 2] = ["<!-- panels.html -->\n", include_str!("../assets/panels.html")];
-/// What is followed live, on the page that has a server.
-const LIVE: [&str; 2] = ["<!-- live.html -->\n", include_str!("../assets/live.html")];
+/// What is followed live: on the page that has a server, and a board on the one that has none; what is drawn of it.
+const LIVE: &str = include_str!("../assets/live.html");
+const BOARD: &str = include_str!("../assets/board.html");
+const DRAWN: &str = include_str!("../assets/drawn.html");
 /// What each of them has in a place of its own, with the name of the place before it.
 const OF_SERVER: &str = include_str!("../assets/server.html");
 const OF_STILL: &str = include_str!("../assets/static.html");
@@ -22,7 +24,8 @@ const PLACES: [&str; 7] = ["title", "policy", "scripts", "opening", "nav", "prin
 
 /// The page with these parts in their places.
 fn page(parts: &str, live: &str) -> String {
-    let text = PAGE.replace(PANELS[0], PANELS[1]).replace(LIVE[0], live);
+    let text =
+        PAGE.replace(PANELS[0], PANELS[1]).replace("<!-- live.html -->\n", &[live, DRAWN].concat());
     PLACES.iter().fold(text, |text, name| {
         let place = format!("<!-- {name} -->");
         let part = parts.split_once(&place).map_or("", |(_, rest)| rest);
@@ -56,7 +59,7 @@ pub const OFFLINE: &str = include_str!("../assets/offline.js");
 pub fn still() -> Vec<(&'static str, Asset)> {
     let own = [
         // From whatever folder it is served.
-        ("index.html", html(page(OF_STILL, "").replace("=\"/", "=\""))),
+        ("index.html", html(page(OF_STILL, BOARD).replace("=\"/", "=\""))),
         ("static.css", asset!("text/css; charset=utf-8", "static.css")),
         ("static.js", script!("static")),
         ("backend.js", script!("backend")),
@@ -65,7 +68,11 @@ pub fn still() -> Vec<(&'static str, Asset)> {
         ("worker.js", script!("worker")),
         // A worker in the server's place.
         ("talk.js", script!("talk-worker")),
-        ("live.js", script!("absent")),
+        // A board in the place of all that can be followed.
+        ("live.js", script!("board")),
+        ("board-worker.js", script!("board-worker")),
+        ("kept.js", script!("kept")),
+        ("plug.js", script!("plug")),
         ("campaign.js", script!("absent")),
     ];
     let shared = [
@@ -82,8 +89,11 @@ pub fn still() -> Vec<(&'static str, Asset)> {
         "own.js",
         "steps.js",
         "derivatives.js",
+        "drawn.js",
         "dropped.js",
         "elements.js",
+        "numbers.js",
+        "points.js",
         "icon.svg",
     ];
     let named = |name: &'static str| at(&format!("/{name}")).map(|asset| (name, asset));
@@ -93,7 +103,7 @@ pub fn still() -> Vec<(&'static str, Asset)> {
 /// The file at `path` of the page's address.
 pub fn at(path: &str) -> Option<Asset> {
     Some(match path {
-        "/" => html(page(OF_SERVER, LIVE[1])),
+        "/" => html(page(OF_SERVER, LIVE)),
         "/workbench.css" => asset!("text/css; charset=utf-8", "workbench.css"),
         "/uplot.js" => Asset { kind: "text/javascript; charset=utf-8", text: UPLOT.into() },
         "/uplot.css" => Asset { kind: "text/css; charset=utf-8", text: UPLOT_STYLE.into() },
@@ -104,6 +114,7 @@ pub fn at(path: &str) -> Option<Asset> {
         "/panels.js" => script!("panels"),
         "/summaries.js" => script!("summaries"),
         "/releases.js" => script!("releases"),
+        "/drawn.js" => script!("drawn"),
         "/dropped.js" => script!("dropped"),
         "/effects.js" => script!("effects"),
         "/campaign.js" => script!("campaign"),
@@ -113,6 +124,7 @@ pub fn at(path: &str) -> Option<Asset> {
         "/derivatives.js" => script!("derivatives"),
         "/live.js" => script!("live"),
         "/measure.js" => script!("measure"),
+        "/points.js" => script!("points"),
         "/numbers.js" => script!("numbers"),
         "/replay.js" => script!("replay"),
         "/icon.svg" => asset!("image/svg+xml", "icon.svg"),

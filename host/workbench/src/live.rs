@@ -2,7 +2,6 @@
 
 mod following;
 mod playing;
-mod seen;
 mod shown;
 mod teller;
 

@@ -23,7 +23,7 @@ const NO_PROGRAM: &str = "print println eprint eprintln std::io::stdout std::io:
 /// The same, but for the page.
 const SERVER: &str = NO_PROGRAM.split_at(NO_PROGRAM.len() - "axum tokio".len()).0;
 
-pub const ROOMS: [Room; 19] = [
+pub const ROOMS: [Room; 20] = [
     ("shared", "", PURE),
     ("firmware", "shared", PURE),
     ("host/text", "", PURE),
@@ -33,12 +33,13 @@ pub const ROOMS: [Room; 19] = [
     ("host/rig", "expression shared text", PURE),
     ("host/records", "base core expression shared text", NO_PROGRAM),
     ("host/train", "base core shared", NO_PROGRAM),
-    ("host/link", "base core firmware records rig shared text", NO_PROGRAM),
+    ("host/protocol", "base core shared", NO_PROGRAM),
+    ("host/link", "base core firmware protocol records rig shared text", NO_PROGRAM),
     ("host/campaign", "base core records rig shared text", NO_PROGRAM),
     ("host/measuring", "base campaign core link shared", NO_PROGRAM),
     ("host/model", "base campaign core expression records shared text train", NO_PROGRAM),
     ("host/report", "base campaign core model records shared", NO_PROGRAM),
-    ("host/session", "base campaign core expression model records report", NO_PROGRAM),
+    ("host/session", "base campaign core expression model protocol records report", NO_PROGRAM),
     ("host/study", "base campaign core firmware report rig shared train", NO_PROGRAM),
     (
         "host/workbench",

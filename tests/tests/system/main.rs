@@ -25,4 +25,5 @@ mod release_kinds;
 mod release_scenarios;
 mod report;
 mod soak;
+mod stepped;
 mod unplugged;

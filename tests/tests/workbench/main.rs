@@ -1,6 +1,7 @@
 //! The workbench: who is let in, how it ends, and the loop on its page in a browser.
 
 mod bench;
+mod board;
 mod campaign;
 mod dropped;
 mod ending;
@@ -12,6 +13,7 @@ mod looks;
 mod measured;
 mod page;
 mod phone;
+mod plug;
 mod refusals;
 mod replay;
 mod still;

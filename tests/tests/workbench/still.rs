@@ -6,11 +6,13 @@ use crate::page::{
     an_own_effect_is_written, the_commands_go_on, the_loop, the_model_is_that_of_the_commands,
     MODEL,
 };
+use crate::plug::Plug;
 use serde_json::{json, Value};
 use std::collections::HashMap;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use tempfile::TempDir;
 use yawrig_tests::browser::{Browser, Window};
 use yawrig_tests::process::yawrig;
@@ -28,6 +30,11 @@ pub struct Served {
 
 impl Served {
     pub fn start() -> Self {
+        Self::beside(None)
+    }
+
+    /// With what is at the browser's plug.
+    pub fn beside(plug: Option<Arc<Plug>>) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         for command in [RUBBING, PLAIN] {
             yawrig(command).in_folder(folder.path()).run().exits(0);
@@ -39,8 +46,8 @@ impl Served {
         let page = folder.path().join("page");
         std::thread::spawn(move || {
             for stream in listener.incoming().flatten() {
-                let page = page.clone();
-                std::thread::spawn(move || serve(stream, &page));
+                let (page, plug) = (page.clone(), plug.clone());
+                std::thread::spawn(move || serve(stream, &page, plug.as_deref()));
             }
         });
         Self { folder, origin }
@@ -86,7 +93,7 @@ fn dropped_all(browser: &mut Browser, files: &[(&str, String)]) {
 }
 
 /// Answers one request with the file of that name.
-fn serve(mut stream: TcpStream, page: &Path) {
+fn serve(mut stream: TcpStream, page: &Path, plug: Option<&Plug>) {
     let mut head = Vec::new();
     let mut byte = [0];
     while !head.ends_with(b"\r\n\r\n") && matches!(stream.read(&mut byte), Ok(1)) {
@@ -94,6 +101,9 @@ fn serve(mut stream: TcpStream, page: &Path) {
     }
     let head = String::from_utf8_lossy(&head).into_owned();
     let path = head.split(' ').nth(1).unwrap_or("/").trim_start_matches('/');
+    if let (Some(plug), Some(what)) = (plug, path.strip_prefix("plug/")) {
+        return plug.serve(what, &head, stream);
+    }
     let path = PathBuf::from(if path.is_empty() { "index.html" } else { path });
     let kind = match path.extension().and_then(|e| e.to_str()) {
         Some("html") => "text/html",

@@ -3,12 +3,12 @@
 use std::io::{self, Read};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::Sender;
+use yawrig_protocol::line::{completed, Incoming as Came};
 use yawrig_shared::wire::Decoder;
 
 /// What it found.
 pub(super) enum Incoming {
-    Frame { key: u32, sequence: u16, body: Vec<u8> },
-    Garbled,
+    Came(Came),
     Gone(String),
 }
 
@@ -44,16 +44,8 @@ pub(super) fn read(
         };
         bytes.fetch_add(count as u64, Ordering::Relaxed);
         for &byte in &buffer[..count] {
-            let found = match decoder.push(byte) {
-                None => continue,
-                Some(Ok(frame)) => Incoming::Frame {
-                    key: frame.key,
-                    sequence: frame.sequence,
-                    body: frame.body.to_vec(),
-                },
-                Some(Err(_)) => Incoming::Garbled,
-            };
-            if sender.send(found).is_err() {
+            let Some(found) = completed(&mut decoder, byte) else { continue };
+            if sender.send(Incoming::Came(found)).is_err() {
                 return;
             }
         }

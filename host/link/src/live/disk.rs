@@ -1,6 +1,7 @@
 //! What a recording takes on the disk, and what is left there.
 
 use std::path::Path;
+use yawrig_protocol::live::item::size;
 use yawrig_shared::window::SAMPLE_RATE_HZ;
 
 /// Bytes of a sample: its row of the trace, and once more of a release's record.
@@ -33,15 +34,6 @@ mod system {
 mod system {
     pub fn free_bytes(_: &std::path::Path) -> Option<u64> {
         None
-    }
-}
-
-/// Bytes as they are read.
-pub fn size(bytes: f64) -> String {
-    match bytes {
-        ..1e9 => format!("{:.0} MB", bytes / 1e6),
-        ..1e12 => format!("{:.1} GB", bytes / 1e9),
-        _ => format!("{:.1} TB", bytes / 1e12),
     }
 }
 

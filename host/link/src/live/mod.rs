@@ -5,11 +5,11 @@
 //! items of a session that was stored by [`recording::Recording`]. Who shows them need not know which.
 
 pub mod built_in_rig;
-mod clock;
 pub mod disk;
-pub mod item;
 mod names;
 pub mod recording;
 pub mod session;
 pub mod sessions;
 pub mod stored;
+
+pub use yawrig_protocol::live::{item, releases};

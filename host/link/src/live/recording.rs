@@ -7,8 +7,8 @@
 use super::disk::{free_bytes, RESERVE_BYTES};
 use super::item::{time_s, Item};
 use super::names::{create, partial, stem, with};
+use super::releases::{Cut, Releases};
 use serde_json::{json, Value};
-use std::collections::VecDeque;
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{ErrorKind, Write};
@@ -17,13 +17,8 @@ use std::time::SystemTime;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_records as record;
-use yawrig_shared::wire::Event;
 
-/// A release's record begins so many samples before it is let go.
-const BEFORE: u64 = 1000;
 const HEADER: &[u8] = b"time_s,yaw_deg\n";
-/// Samples that are kept for the release that is going on: ten minutes.
-const KEPT: usize = 600_000;
 /// Bytes of the trace from one look at what is free on the disk to the next.
 const LOOK: u64 = RESERVE_BYTES / 128;
 
@@ -35,15 +30,8 @@ pub struct Recording {
     log: File,
     /// Known before, and to be said with the time of what comes first.
     device: Option<Item>,
-    /// The last samples, for the release's record.
-    kept: VecDeque<(u64, f64)>,
-    /// Releases that are over and whose last samples have not come yet.
-    ended: Vec<Ended>,
-    /// Number after the last sample that came, or is known to be missing.
-    next: u64,
-    first: Option<u64>,
-    /// Where the last release's record ended.
-    cut_at: u64,
+    /// What the records of releases are cut out of.
+    cutting: Releases,
     releases: u32,
     /// What the record of a release is called, where it has a name of its own.
     names: Vec<(u32, String)>,
@@ -58,14 +46,6 @@ pub struct Recording {
     looked_at: Option<u64>,
     /// There were fewer: no more of the trace is written.
     trace_ended: bool,
-}
-
-/// Where a release was let go and where it ended.
-#[derive(Clone, Copy, Debug)]
-struct Ended {
-    release: u32,
-    from: u64,
-    to: u64,
 }
 
 /// What a recording has come to.
@@ -120,11 +100,7 @@ impl Recording {
             trace,
             log,
             device: None,
-            kept: VecDeque::new(),
-            ended: Vec::new(),
-            next: 0,
-            first: None,
-            cut_at: 0,
+            cutting: Releases::default(),
             releases: 0,
             names: Vec::new(),
             samples: 0,
@@ -173,7 +149,7 @@ impl Recording {
 
     /// Whether a release that is over waits for its last samples.
     pub fn waits(&self) -> bool {
-        !self.ended.is_empty()
+        self.cutting.waits()
     }
 
     /// Writes what happened; the records of releases that are whole by that.
@@ -185,6 +161,8 @@ impl Recording {
             self.write_log(&Item::Device { at: item.at(), port, device }.to_json())?;
         }
         let mut said = Vec::new();
+        // Before anything is written, which may fail.
+        self.cutting.take(item);
         match item {
             Item::Samples { first, yaw_deg } => {
                 if let Some(ended) = self.look_at_the_disk(*first) {
@@ -195,21 +173,13 @@ impl Recording {
             }
             _ => self.write_log(&item.to_json())?,
         }
-        match item {
-            Item::Gap { first, count } if self.first.is_some() => {
-                self.missing += count;
-                self.next = self.next.max(first + count);
-            }
-            Item::Event { at, event: Event::Release(result), .. } => {
-                let lasted = result.finished_sample.wrapping_sub(result.release_sample);
-                let from = at.saturating_sub(u64::from(lasted));
-                self.ended.push(Ended { release: result.release, from, to: *at });
-            }
-            _ => {}
+        if let Item::Gap { count, .. } = item
+            && self.cutting.has_begun()
+        {
+            self.missing += count;
         }
-        // No more of them will come.
-        let last = matches!(item, Item::Disconnected { .. } | Item::Restarted { .. });
-        said.extend(self.cut(last)?);
+        let cuts = self.cutting.due(item);
+        said.extend(self.write_records(cuts)?);
         Ok(said)
     }
 
@@ -229,13 +199,7 @@ impl Recording {
         for (number, yaw_deg) in (first..).zip(yaw_deg) {
             // Into a string: cannot fail.
             let _ = writeln!(text, "{:.3},{yaw_deg:.6}", time_s(number));
-            if self.kept.len() == KEPT {
-                self.kept.pop_front();
-            }
-            self.kept.push_back((number, *yaw_deg));
         }
-        self.first.get_or_insert(first);
-        self.next = first + yaw_deg.len() as u64;
         // Whole lines at a time, so that the file can be read at any moment.
         if self.trace_ended {
             self.lost += yaw_deg.len() as u64;
@@ -274,28 +238,12 @@ impl Recording {
         Error::data(what).help("make room, or record to another disk")
     }
 
-    /// Writes the records of the releases whose samples have come; of all where `last`.
-    fn cut(&mut self, last: bool) -> Result<Vec<Item>> {
-        let (due, wait) =
-            std::mem::take(&mut self.ended).into_iter().partition(|e| last || e.to < self.next);
-        self.ended = wait;
+    /// Writes the records of these releases.
+    fn write_records(&mut self, cuts: Vec<Cut>) -> Result<Vec<Item>> {
         let mut records = Vec::new();
-        let due: Vec<Ended> = due;
-        for Ended { release, from, to } in due {
-            let oldest = self.kept.front().map_or(u64::MAX, |(number, _)| *number);
-            // Not into the release before, nor before the recording.
-            let begun = from.saturating_sub(BEFORE).max(self.cut_at).max(oldest);
-            let rows: Vec<(f64, f64)> = (self.kept.iter())
-                .filter(|(number, _)| (begun..=to).contains(number))
-                .map(|(number, yaw_deg)| (time_s(*number), *yaw_deg))
-                .collect();
-            self.cut_at = to + 1;
-            if rows.is_empty() {
-                continue;
-            }
+        for Cut { release, to, rows, missing_samples } in cuts {
             self.releases += 1;
             let file = self.release_file(release);
-            let missing_samples = (to + 1).saturating_sub(begun.min(from)) - rows.len() as u64;
             record::write_samples(&file, rows.into_iter())?;
             let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let item = Item::Record { at: to, release, file: name, missing_samples };
@@ -304,10 +252,6 @@ impl Recording {
             let synced = self.trace.sync_data().and_then(|()| self.log.sync_data());
             synced.map_err(|e| files::cannot_write(&self.trace(), &e))?;
             records.push(item);
-        }
-        let keep_from = (self.next.saturating_sub(BEFORE)).min(self.cut_at);
-        while self.kept.front().is_some_and(|(number, _)| *number < keep_from) {
-            self.kept.pop_front();
         }
         Ok(records)
     }
@@ -343,14 +287,15 @@ impl Recording {
     /// Exit 3; the trace stays where it is.
     pub fn finish(mut self) -> Result<(Finished, Vec<Item>)> {
         let is_full = self.lost > 0 && !self.trace_ended;
-        let records = match self.cut(true) {
+        let cuts = self.cutting.rest();
+        let records = match self.write_records(cuts) {
             Err(_) if is_full => Vec::new(),
             records => records?,
         };
         self.write_log(&json!({
             "schema_version": 1,
             "event": "end",
-            "time_s": time_s(self.next),
+            "time_s": time_s(self.cutting.next()),
             "samples": self.samples,
             "missing_samples": self.missing,
             "lost_samples": self.lost,

@@ -1,6 +1,5 @@
 //! A stored session shown again: played, paused, faster than life, from any time on.
 
-use super::seen::Replay;
 use super::shown::{Order, Shown};
 use super::teller::Teller;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
@@ -10,6 +9,7 @@ use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
 use yawrig_link::live::item::{time_s, Item};
 use yawrig_link::live::stored::Stored;
+use yawrig_session::followed::Replay;
 use yawrig_shared::window::SAMPLE_RATE_HZ;
 use yawrig_shared::wire::Event;
 

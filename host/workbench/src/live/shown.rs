@@ -1,7 +1,6 @@
 //! What is shown live, and the thread behind it: the user's orders go to it, what it has seen comes back.
 
 use super::super::news::News;
-use super::seen::Seen;
 use serde_json::{json, Value};
 use std::sync::mpsc::{channel, Receiver, Sender};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -9,6 +8,7 @@ use std::thread::JoinHandle;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
 use yawrig_campaign::plan::Wanted;
+use yawrig_session::followed::Seen;
 
 /// What a user does with the device or the session.
 pub enum Order {

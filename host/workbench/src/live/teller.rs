@@ -1,11 +1,11 @@
 //! Shows the pages what happens, as often as they can draw it.
 
-use super::seen::{trace_json, Stretch};
 use super::shown::Shown;
 use serde_json::{json, Value};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use yawrig_link::live::item::Item;
+use yawrig_session::followed::{trace_json, Stretch};
 
 /// Between two messages to the pages.
 const BETWEEN: Duration = Duration::from_millis(100);

@@ -1,6 +1,5 @@
 //! What happens while a device is followed, as text and as JSON.
 
-use super::disk::size;
 use crate::amplitude_trend::{trends, Trend};
 use crate::follow::{event_from_json, event_json, event_text, forgotten_name, forgotten_of};
 use crate::numbers::{names_from_json, Named};
@@ -89,6 +88,15 @@ impl fmt::Display for Next {
             (_, Some(inertia)) => write!(f, ", Izz {inertia:.5} kg m2"),
             (_, None) => write!(f, "; without the moment of inertia there are no derivatives"),
         }
+    }
+}
+
+/// Bytes as they are read.
+pub fn size(bytes: f64) -> String {
+    match bytes {
+        ..1e9 => format!("{:.0} MB", bytes / 1e6),
+        ..1e12 => format!("{:.1} GB", bytes / 1e9),
+        _ => format!("{:.1} TB", bytes / 1e12),
     }
 }
 

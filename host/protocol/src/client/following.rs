@@ -2,7 +2,9 @@
 
 use super::{Client, LinkError};
 use crate::events::Numbered;
-use std::time::{Duration, Instant};
+use crate::line::Line;
+use std::time::Duration;
+use yawrig_base::clock::Instant;
 use yawrig_base::interrupt;
 use yawrig_shared::wire::{Refusal, Reply, Request, Samples};
 
@@ -11,11 +13,11 @@ const ROUNDS: u32 = 5;
 /// After so long a silence the device is asked whether it has said anything.
 const SILENCE: Duration = Duration::from_secs(1);
 
-impl Client {
+impl<L: Line> Client<L> {
     /// Asks for the next so many samples of the potentiometer; ask again before they are over.
-    pub fn stream(&mut self, samples: u32) -> std::result::Result<(), LinkError> {
+    pub async fn stream(&mut self, samples: u32) -> std::result::Result<(), LinkError> {
         self.samples.get_or_insert_default();
-        self.request(&Request::Stream { samples }).map(drop)
+        self.request(&Request::Stream { samples }).await.map(drop)
     }
 
     /// The next samples of the stream that have come. [`Self::next_event`] waits for more.
@@ -24,7 +26,7 @@ impl Client {
     }
 
     /// The next event, waiting for it at most so long. What the line has lost is asked for again.
-    pub fn next_event(
+    pub async fn next_event(
         &mut self,
         patience: Duration,
     ) -> std::result::Result<Option<Numbered>, LinkError> {
@@ -37,8 +39,8 @@ impl Client {
             if unsure && self.asked.is_none_or(|asked| asked.elapsed() > SILENCE) {
                 self.asked = Some(Instant::now());
                 let asked = match self.session {
-                    0 => self.name_session(),
-                    _ => self.request(&Request::Status).map(|_| ()),
+                    0 => self.name_session().await,
+                    _ => self.request(&Request::Status).await.map(|_| ()),
                 };
                 match asked {
                     Ok(()) => {
@@ -51,12 +53,12 @@ impl Client {
                 }
             }
             if let Some(number) = self.events.missing() {
-                self.fetch(number)?;
+                self.fetch(number).await?;
                 continue;
             }
             if self.heard.elapsed() > SILENCE {
                 self.heard = Instant::now();
-                match self.request(&Request::Status) {
+                match self.request(&Request::Status).await {
                     // It may be busy; a request that waits for its own answer reports the silence.
                     Ok(_) | Err(LinkError::Silent { .. } | LinkError::Refused(_)) => continue,
                     Err(error) => return Err(error),
@@ -67,7 +69,7 @@ impl Client {
                 return Err(LinkError::Interrupted);
             }
             let frames = self.frames;
-            self.take(left.min(Duration::from_millis(100)))?;
+            self.take(left.min(Duration::from_millis(100))).await?;
             if self.frames == frames && Instant::now() >= deadline {
                 return Ok(None);
             }
@@ -75,8 +77,8 @@ impl Client {
     }
 
     /// Asks again for an event that did not come.
-    fn fetch(&mut self, number: u16) -> std::result::Result<(), LinkError> {
-        match self.request(&Request::Event { number }) {
+    async fn fetch(&mut self, number: u16) -> std::result::Result<(), LinkError> {
+        match self.request(&Request::Event { number }).await {
             Ok(Reply::Event(event)) => self.events.put(number, event),
             Ok(_) => self.events.give_up(number.wrapping_add(1)),
             Err(LinkError::Refused(Refusal::NotKept { oldest })) => self.events.give_up(oldest),

@@ -5,7 +5,7 @@ use serde_json::{json, Value};
 use std::collections::VecDeque;
 use std::path::PathBuf;
 use yawrig_base::error::Error;
-use yawrig_link::live::item::{time_s, Item};
+use yawrig_protocol::live::item::{time_s, Item};
 use yawrig_report::drawn::short;
 
 /// Samples of which the least and the largest are sent: two values every 10 ms.

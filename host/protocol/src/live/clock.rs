@@ -1,6 +1,6 @@
 //! When something happened, in samples of the session.
 
-use std::time::Instant;
+use yawrig_base::clock::Instant;
 use yawrig_shared::window::SAMPLE_RATE_HZ;
 
 /// From the device's numbers of samples to the session's.
