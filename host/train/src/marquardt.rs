@@ -12,6 +12,7 @@ use super::precision::{log_evidence, update, Guards, Measured};
 use super::solve::Factor;
 use super::{Checkpoint, Epoch, Options, Precision, Samples, Stop, Trained};
 use std::ops::ControlFlow;
+use yawrig_core::solver::descent::{relaxation, step_down, Attempt, Damping, Descent, Ended};
 
 /// First damping, as a share of the largest curvature.
 const FIRST_DAMPING: f64 = 1e-3;
@@ -66,6 +67,63 @@ enum Step {
     Minimum,
     /// The linearised network predicts a decrease, but no damping gave one.
     Stuck,
+}
+
+/// A training that looks for its next step.
+struct OneEpoch<'t, 'a> {
+    training: &'t mut Training<'a>,
+    objective: f64,
+    /// The first damping.
+    first: f64,
+    path: Option<Curve>,
+    /// How far along the path it goes.
+    share: f64,
+}
+
+impl Descent for OneEpoch<'_, '_> {
+    fn arrived(&mut self) -> Option<Ended> {
+        None
+    }
+
+    fn step(&mut self, damping: f64) -> Attempt {
+        self.path = self.training.curve(damping);
+        match &self.path {
+            None => Attempt::Impossible,
+            // Damped to nothing after failures is another matter than nothing to gain.
+            Some(path) if path.predicted <= ROUNDING * self.objective => {
+                let at_once = damping == self.first;
+                Attempt::Ended(if at_once { Ended::Converged } else { Ended::NoDescent })
+            }
+            Some(path) => Attempt::Promises(path.predicted),
+        }
+    }
+
+    fn gain(&mut self) -> Option<f64> {
+        let path = self.path.as_ref()?;
+        SHARES.into_iter().find_map(|share| {
+            self.share = share;
+            let decrease = self.objective - self.training.walk(path, share);
+            (decrease > 0.0).then_some(decrease)
+        })
+    }
+
+    fn is_last(&self, _promised: f64, _gained: Option<f64>) -> bool {
+        false
+    }
+
+    fn take(&mut self) {
+        let training = &mut *self.training;
+        std::mem::swap(&mut training.now.weights, &mut training.trial_weights);
+        std::mem::swap(&mut training.errors, &mut training.trial_errors);
+        std::mem::swap(&mut training.pass, &mut training.trial);
+    }
+
+    fn relaxation(&self, kept: f64) -> f64 {
+        match self.share {
+            1.0 => relaxation(kept),
+            share => 1.0 / share,
+        }
+    }
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -231,36 +289,19 @@ impl<'a> Training<'a> {
         let n = self.shape.parameters();
         let largest = (0..n).map(|j| self.h[(j, j)]).fold(0.0, f64::max);
         let first = *self.now.mu.get_or_insert(FIRST_DAMPING * largest);
+        // Never so low that it would take many failures to come back.
+        let range = [f64::EPSILON * largest, MOST_DAMPING * largest];
+        let mut damping = Damping::new(first, range);
         let objective = self.objective(&self.errors, &self.now.weights);
-        let mut mu = first;
-        let mut growth = 2.0;
-        while mu <= MOST_DAMPING * largest {
-            if let Some(curve) = self.curve(mu) {
-                if curve.predicted <= ROUNDING * objective {
-                    // Damped to nothing after failures is another matter than nothing to gain.
-                    return if mu == first { Step::Minimum } else { Step::Stuck };
-                }
-                for share in SHARES {
-                    let decrease = objective - self.walk(&curve, share);
-                    if decrease > 0.0 {
-                        let ratio = decrease / curve.predicted;
-                        let relax = match share {
-                            1.0 => (1.0 - (2.0 * ratio - 1.0).powi(3)).max(1.0 / 3.0),
-                            share => 1.0 / share,
-                        };
-                        // Never so low that it would take many failures to come back.
-                        self.now.mu = Some((mu * relax).max(f64::EPSILON * largest));
-                        std::mem::swap(&mut self.now.weights, &mut self.trial_weights);
-                        std::mem::swap(&mut self.errors, &mut self.trial_errors);
-                        std::mem::swap(&mut self.pass, &mut self.trial);
-                        return Step::Taken;
-                    }
-                }
+        let mut epoch = OneEpoch { training: self, objective, first, path: None, share: 1.0 };
+        match step_down(&mut epoch, &mut damping) {
+            None => {
+                self.now.mu = Some(damping.value());
+                Step::Taken
             }
-            mu *= growth;
-            growth *= 2.0;
+            Some(Ended::Converged) => Step::Minimum,
+            Some(_) => Step::Stuck,
         }
-        Step::Stuck
     }
 
     /// The curved path that starts with the step for one damping.

@@ -10,6 +10,7 @@ use crate::bic;
 use crate::diagnosis::likelihood::is_explained;
 use crate::fit::fitting::{Fitted, Modal};
 use crate::fit::free_decay::FreeDecay;
+use crate::fit::structure::{WN, ZERO, ZETA};
 use crate::motion::oscillator::Grid;
 use crate::motion::random::Step;
 use crate::quantity::Quantity;
@@ -158,7 +159,7 @@ pub(crate) fn gain_over(decay: &FreeDecay, plain: &Fitted, b: &Buffeted) -> f64 
 
 /// The likeliest random forcing of a free decay, from the plain model's fit.
 pub(crate) fn fit(decay: &FreeDecay, plain: &Fitted) -> Option<Buffeted> {
-    let zero = if plain.structure.zero_unknown { plain.parameters[4] } else { 0.0 };
+    let zero = if plain.structure.zero_unknown { plain.parameters[ZERO] } else { 0.0 };
     let yaw: Vec<f64> = decay.yaw_rad.iter().map(|y| y - zero).collect();
     fit_series(decay, &yaw, plain, None)
 }
@@ -192,13 +193,13 @@ fn fit_series(
     let grid = Grid { step_s, count: yaw.len(), mean_width_s, ..decay.grid };
     let (noise, expected) = decay.noise_of(means_per_block);
     let noise = noise.powi(2);
-    let wn = model.parameters[0];
+    let wn = model.parameters[WN];
     let size = (wn.powi(3) * decay.amplitude_rad.powi(2) / noise).ln();
     let at = |p: &[f64; 3], yaw: &[f64]| {
         filter(&grid, yaw, [wn * (1.0 + p[1]), p[2], p[0].exp()], Some(noise))
     };
     let value = |p: &[f64; 3]| at(p, yaw).map_or(f64::INFINITY, |run| run.deviance);
-    let mut p = [size - 12.0, 0.0, model.parameters[1]];
+    let mut p = [size - 12.0, 0.0, model.parameters[ZETA]];
     for guess in [-18.0, -15.0, -9.0, -6.0] {
         let other = [size + guess, p[1], p[2]];
         if value(&other) < value(&p) {

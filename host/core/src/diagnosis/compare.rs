@@ -2,6 +2,7 @@
 
 use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
+use crate::fit::structure::{WN, ZETA};
 use crate::quantity::Quantity;
 use crate::record::Measurand;
 use crate::spectrum::power;
@@ -130,7 +131,7 @@ pub fn locate(decay: &FreeDecay, model: &Fitted) -> Where {
 pub fn locate_within(decay: &FreeDecay, model: &Fitted, part: Range<usize>) -> Where {
     let (yaw, rate) = model.motion().of_angle().readings_and_rates(&decay.grid);
     let (yaw, rate) = (&yaw[part.clone()], &rate[part.clone()]);
-    let wn = model.parameters[0];
+    let wn = model.parameters[WN];
     let residual: Vec<f64> = model.residuals[part.clone()].iter().map(|r| -r).collect();
     // Of a rate or an acceleration the residual shows no moment but by integration.
     let states = match decay.measurand.shows_rest() {
@@ -220,7 +221,7 @@ struct Missing {
 /// How a missing moment comes from the residuals about an instant: the residual e obeys e'' + 2 zeta wn e' +
 /// wn^2 e = missing moment, with e, e' and e'' from a local parabola over so much of a cycle to either side.
 fn weights(decay: &FreeDecay, model: &Fitted) -> Vec<f64> {
-    let (wn, zeta) = (model.parameters[0], model.parameters[1]);
+    let (wn, zeta) = (model.parameters[WN], model.parameters[ZETA]);
     let h = decay.grid.step_s;
     let half = ((0.12 * decay.per_cycle()) as usize).max(1);
     let k: Vec<f64> = (0..=2 * half).map(|i| i as f64 - half as f64).collect();

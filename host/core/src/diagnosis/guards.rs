@@ -3,6 +3,7 @@
 use crate::effects::{Effect, Parameter, State, Terms};
 use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
+use crate::fit::structure::{WN, ZETA};
 use crate::identify::WindowEstimate;
 use crate::quantity::{Quantity, CHANCE};
 use crate::statistics::median;
@@ -46,7 +47,7 @@ fn no_line_of(effect: &Effect, model: &Fitted, decay: &FreeDecay) -> Option<Refu
     let (Parameter { name: w, .. }, frequency) = own[line.frequency];
     let w_rad_s = frequency.value;
     // The motion's own windows: where the line outlasts it, theirs are the line's.
-    let own_rad_s = model.parameters[0];
+    let own_rad_s = model.parameters[WN];
     let is_own = |f: &f64| (f - own_rad_s).abs() <= (f - w_rad_s).abs();
     let windows = decay.windows.iter().map(|w| w.natural_frequency_rad_s);
     let mut windows: Vec<f64> = windows.filter(is_own).collect();
@@ -69,7 +70,7 @@ fn no_line_of(effect: &Effect, model: &Fitted, decay: &FreeDecay) -> Option<Refu
     let order = harmonic(&|k| is_near(k) || frequency.holds(k * wn_rad_s, CHANCE))?;
     let of_model = |w: &WindowEstimate| decay.measurand.of_model(w.amplitude_deg);
     let amplitudes = decay.windows.iter().map(of_model).chain([decay.amplitude_rad]);
-    let zetas = amplitudes.map(|a| model.parameters[1] + losses(model, a).iter().sum::<f64>());
+    let zetas = amplitudes.map(|a| model.parameters[ZETA] + losses(model, a).iter().sum::<f64>());
     let (least, most) =
         zetas.fold((f64::INFINITY, 0.0f64), |(least, most), z| (least.min(z), most.max(z)));
     let dies_with_it = zeta2 > least / ALIKE && zeta2 < most * ALIKE;
@@ -197,7 +198,7 @@ fn losses(model: &Fitted, amplitude_rad: f64) -> Vec<f64> {
     let of = |effect: &Effect| {
         let mut terms = Terms::default();
         effect.write(model.varied(effect).unwrap_or_default(), &mut terms);
-        equivalent_damping_ratio(&terms, model.parameters[0], amplitude_rad)
+        equivalent_damping_ratio(&terms, model.parameters[WN], amplitude_rad)
     };
     model.structure.effects.iter().map(of).collect()
 }

@@ -14,6 +14,7 @@ use crate::error::Result;
 use crate::fit::about_rest::added;
 use crate::fit::fitting::{held_out_over_noise, refit, refitted, Fitted};
 use crate::fit::free_decay::FreeDecay;
+use crate::fit::structure::PLAIN;
 use crate::motion::oscillator::damped_rad_s;
 use crate::quantity::CHANCE;
 use crate::record::Derivative;
@@ -103,7 +104,7 @@ fn with_lasting_mode(decay: &FreeDecay, model: Fitted, line: &Effect) -> Fitted 
     let parts = [angle, (own.rate_rad_s + own_decay * angle) / own_damped];
     let mut p = model.parameters.clone();
     let w = damped.hypot(slower);
-    p[..4].copy_from_slice(&[w, slower / w, cosine + rest, damped * sine - slower * cosine]);
+    p[..PLAIN].copy_from_slice(&[w, slower / w, cosine + rest, damped * sine - slower * cosine]);
     let at = model.start_of(line);
     p[at..at + 2].copy_from_slice(&turned(parts, own_damped, own_decay, -start_s));
     p[at + 2..at + 4].copy_from_slice(&[own.natural_frequency_rad_s, own.damping_ratio]);

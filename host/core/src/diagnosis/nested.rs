@@ -1,10 +1,40 @@
-//! Models within each other: what others have made needless is taken out of one, and from the model that is
-//! there to the final one the way is shown, whatever they are judged by.
+//! Models within each other, whatever they are judged by: effects are added to one, what others have made needless
+//! is taken out of it, and from the model that is there to the final one the way is shown.
 
 use crate::at_once::AtOnce;
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::stop::Stop;
+use std::slice::from_ref;
+
+/// Those of `all` that may be beside the effects that are `there`.
+pub(super) fn beside<'a>(
+    there: &'a [Effect],
+    all: &'a [Effect],
+) -> impl Iterator<Item = &'a Effect> {
+    all.iter().filter(|e| there.iter().all(|t| t != *e && !t.excludes(e)))
+}
+
+/// Each of `models` (its effects with it) fitted `with` each of the effects to be tried beside it, every set of
+/// effects once.
+pub(super) fn expanded<'a, M: Sync + 'a, N: Send>(
+    models: impl IntoIterator<Item = (&'a M, &'a [Effect], Vec<Effect>)>,
+    with: impl Fn(&M, &Effect) -> N + Sync,
+) -> Vec<N> {
+    let mut seen: Vec<Vec<Effect>> = Vec::new();
+    let mut jobs: Vec<(&M, Effect)> = Vec::new();
+    for (model, there, tried) in models {
+        for effect in tried {
+            let mut set = [there, from_ref(&effect)].concat();
+            set.sort_unstable();
+            if !seen.contains(&set) {
+                seen.push(set);
+                jobs.push((model, effect));
+            }
+        }
+    }
+    jobs.into_iter().map_at_once(|(model, effect)| with(model, &effect)).collect()
+}
 
 /// What models are judged by: their evidence, or what they predict.
 pub(super) trait Judge: Sync {

@@ -4,9 +4,10 @@
 use crate::effects::{Effect, Scale, Seen};
 use crate::fit::fitting::{refitted, reordered, Fitted, Limit, Number, Structure};
 use crate::fit::free_decay::FreeDecay;
-use crate::fit::pieces::{fit_state, Own, Piece, Pieces};
-use crate::fit::segments::{fit_from, fit_pieces, PieceFit, FINE, ROUGH, SETTLED, STEPS};
+use crate::fit::pieces::{fit_state, Piece, Pieces};
+use crate::fit::segments::{fit_from, fit_pieces, PieceFit, FINE, ROUGH, SETTLED};
 use crate::stop::Stop;
+use std::sync::Arc;
 
 /// Cycles of the pieces of the first, shortest fit.
 const SHORT_CYCLES: f64 = 3.0;
@@ -60,12 +61,16 @@ impl Lengths {
         }
     }
 
-    /// Of several releases, whose own numbers are at `own`; scaled by the first.
-    pub(crate) fn of_all(releases: &[(&FreeDecay, Own)]) -> Self {
-        let mut each = releases.iter().map(|&(decay, own)| {
+    /// Of several releases, of which those of one number in `modal` have natural frequency and damping ratio in
+    /// common; scaled by the first.
+    pub(crate) fn of_all(releases: &[&FreeDecay], modal: &[usize]) -> Self {
+        let modal: Arc<[usize]> = modal.into();
+        let mut each = releases.iter().enumerate().map(|(release, decay)| {
             let mut lengths = Self::of(decay);
             for pieces in lengths.all_mut() {
-                pieces.decays.iter_mut().for_each(|piece| piece.own = own);
+                for piece in &mut pieces.decays {
+                    (piece.release, piece.modal) = (release, modal.clone());
+                }
             }
             lengths
         });
@@ -192,7 +197,7 @@ pub(crate) fn whole(decay: &FreeDecay, lengths: &Lengths, fit: &PieceFit) -> Pie
         };
         let states: Vec<[f64; 2]> = longer.decays.iter().map(state).collect();
         let all: Vec<&Piece> = longer.decays.iter().collect();
-        best = fit_pieces(&all, &best.structure, &best.common, &states, FINE, STEPS);
+        best = fit_pieces(&all, &best.structure, &best.common, &states, FINE);
         pieces = longer;
         shorter = &pieces.decays;
     }

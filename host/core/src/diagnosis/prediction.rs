@@ -4,7 +4,7 @@
 //! Where the misfit is deterministic, likelihood buys any effect that bends; what counts then is prediction.
 
 use crate::fit::pieces::{fit_state, Piece, Pieces};
-use crate::fit::segments::{fit_pieces, PieceFit, FIRST_STEPS, ROUGH};
+use crate::fit::segments::{fit_pieces, PieceFit, FIRST};
 
 /// Standard errors by which the larger model has to predict better.
 pub(crate) const BETTER: f64 = 1.0;
@@ -22,11 +22,7 @@ pub(crate) struct Prediction {
 /// Predicts with `model`, which was fitted to all of the record: `short` pieces alternately, where frequency
 /// and shape show, and of the `long` ones the last and the middle one from the others, where damping shows.
 pub(crate) fn predict(short: &Pieces, long: &Pieces, model: &PieceFit) -> Prediction {
-    let mut out = Prediction { errors: Vec::new() };
-    let states = short.states(&model.structure, &model.common);
-    for odd in [1, 0] {
-        out.split(short, model, &states, &|k| k % 2 == odd);
-    }
+    let mut out = Prediction::alternately(short, model, 0);
     let last = long.count() - 1;
     for left_out in [last, last / 2].into_iter().take(last) {
         out.split(long, model, &model.states, &|k| k == left_out);
@@ -37,18 +33,23 @@ pub(crate) fn predict(short: &Pieces, long: &Pieces, model: &PieceFit) -> Predic
 /// Predicts every piece of `short` but the first, whose amplitudes no other reaches, from those beside it:
 /// what a law that is known over the amplitudes reached can be asked for.
 pub(crate) fn predict_within(short: &Pieces, model: &PieceFit) -> Prediction {
-    let mut out = Prediction { errors: Vec::new() };
-    let states = short.states(&model.structure, &model.common);
-    for odd in [1, 0] {
-        out.split(short, model, &states, &|k| k > 0 && k % 2 == odd);
-    }
-    out
+    Prediction::alternately(short, model, 1)
 }
 
 impl Prediction {
     /// Of pieces with these sums of squares and numbers of means.
     pub(crate) fn of(errors: Vec<(f64, f64)>) -> Self {
         Self { errors }
+    }
+
+    /// Of the `pieces` from the first on that is predicted at all.
+    fn alternately(pieces: &Pieces, model: &PieceFit, first: usize) -> Self {
+        let mut out = Self::of(Vec::new());
+        let states = pieces.states(&model.structure, &model.common);
+        for odd in [1, 0] {
+            out.split(pieces, model, &states, &|k| k >= first && k % 2 == odd);
+        }
+        out
     }
 
     /// Whether it is better than `other`, which a smaller model makes, by more than chance and by a share
@@ -70,7 +71,7 @@ impl Prediction {
             (0..pieces.count()).partition(|k| predicted(*k));
         let fitted: Vec<&Piece> = others.iter().map(|&k| &pieces.decays[k]).collect();
         let begin: Vec<[f64; 2]> = others.iter().map(|&k| states[k]).collect();
-        let fit = fit_pieces(&fitted, &model.structure, &model.common, &begin, ROUGH, FIRST_STEPS);
+        let fit = fit_pieces(&fitted, &model.structure, &model.common, &begin, FIRST);
         for k in those {
             let piece = &pieces.decays[k];
             let (_, squares) = fit_state(piece, &fit.structure, &fit.common, states[k]);

@@ -18,6 +18,7 @@ use crate::fit::fitting::{
 };
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::joint::{self, JointFit, Release, Sharing};
+use crate::fit::structure::{WN, ZETA};
 use crate::quantity::{chi_squared, weighted_mean, Quantity};
 use crate::record::{same_measurand, Record};
 use crate::statistics::weighted_rms;
@@ -300,8 +301,8 @@ pub(super) fn from_others(
         };
         let modal = sharing.modal.iter().position(|m| *m == joint.sharing.modal[release]);
         if let Some(partner) = modal {
-            fix(Number::NaturalFrequency, others.fits[partner].parameters[0]);
-            fix(Number::DampingRatio, others.fits[partner].parameters[1]);
+            fix(Number::NaturalFrequency, others.fits[partner].parameters[WN]);
+            fix(Number::DampingRatio, others.fits[partner].parameters[ZETA]);
         }
         for (effect, groups) in joint.structure.effects.iter().zip(&joint.sharing.effects) {
             let partner = kept.iter().position(|&j| groups[j] == groups[release]);

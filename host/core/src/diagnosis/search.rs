@@ -7,7 +7,7 @@ use crate::diagnosis::guards::{self, Refusal, OF_NAMED};
 pub use crate::diagnosis::likelihood::is_explained;
 pub(crate) use crate::diagnosis::likelihood::{beyond, evidence};
 use crate::diagnosis::likelihood::{may_rival, BREADTH, DECISIVE, NEAR_NOISE};
-use crate::diagnosis::nested::{Judge, Nested};
+use crate::diagnosis::nested::{self, Judge, Nested};
 use crate::diagnosis::prediction::LEAST_GAIN;
 pub use crate::diagnosis::search_start::present;
 pub(crate) use crate::diagnosis::search_start::SearchStart;
@@ -214,43 +214,29 @@ fn expanded(decay: &FreeDecay, round: &[Fitted], all: &[Effect], width: usize) -
     order.truncate(width);
     let near = |m: &Fitted| m.over_noise(decay) < NEAR_NOISE;
     let leader = order.first().copied().filter(|m| near(m));
-    let promising: Vec<Vec<(f64, Effect)>> = order
-        .iter()
-        .map_at_once(|inner| {
-            let screen = Screen::new(decay, inner);
-            let mut out: Vec<(f64, Effect)> = all
-                .iter()
-                .filter(|e| !inner.structure.effects.contains(e))
-                .map_at_once(|e| {
-                    let may = e.is_own() || leader.is_none_or(|m| may_rival(&screen, e, m));
-                    may.then(|| (screen.left_with(e).0, e.clone()))
-                })
-                .flatten()
-                .collect();
-            out.sort_by(|a, b| a.0.total_cmp(&b.0));
-            out
-        })
-        .collect();
-    let mut seen: Vec<Vec<Effect>> = Vec::new();
-    let mut jobs = Vec::new();
-    for (inner, promising) in order.into_iter().zip(promising) {
+    let promising = order.iter().enumerate().map_at_once(|(k, inner)| {
+        let screen = Screen::new(decay, inner);
+        let mut out: Vec<(f64, Effect)> = all
+            .iter()
+            .filter(|e| !inner.structure.effects.contains(e))
+            .map_at_once(|e| {
+                let may = e.is_own() || leader.is_none_or(|m| may_rival(&screen, e, m));
+                may.then(|| (screen.left_with(e).0, e.clone()))
+            })
+            .flatten()
+            .collect();
+        out.sort_by(|a, b| a.0.total_cmp(&b.0));
         // From near the noise a linear step is to be believed.
         let n = inner.effective_count();
-        let least = promising.iter().find(|p| !p.1.is_own()).map_or(0.0, |p| p.0);
+        let least = out.iter().find(|p| !p.1.is_own()).map_or(0.0, |p| p.0);
         let behind = |left: f64| near(inner) && bic::gain(left, least, n, 0.0) > DECISIVE;
-        let promising = promising.into_iter().take_while(|p| !behind(p.0));
         // From farther off it is not: beside the leader every effect is tried. For speed beside one alone.
-        let all = jobs.is_empty() && !near(inner) && inner.structure.effects.len() < 2;
-        for (_, effect) in promising.take(if all { usize::MAX } else { BREADTH }) {
-            let mut set = inner.structure.with(&effect).effects;
-            set.sort_unstable();
-            if !seen.contains(&set) {
-                seen.push(set);
-                jobs.push((inner, effect));
-            }
-        }
-    }
-    jobs.into_iter().map_at_once(|(inner, effect)| added(decay, inner, &effect)).collect()
+        let all = k == 0 && !near(inner) && inner.structure.effects.len() < 2;
+        let promising = out.into_iter().take_while(|p| !behind(p.0));
+        promising.take(if all { usize::MAX } else { BREADTH }).map(|p| p.1).collect()
+    });
+    let tried = order.iter().zip(promising).map(|(&m, tried)| (m, &m.structure.effects[..], tried));
+    nested::expanded(tried, |inner, effect| added(decay, inner, effect))
 }
 
 /// Judges models by likelihood.

@@ -8,7 +8,7 @@ use crate::at_once::AtOnce;
 use crate::diagnosis::flexible::simplest;
 use crate::diagnosis::guards::OF_NAMED;
 use crate::diagnosis::likelihood::{BREADTH, MOST_EFFECTS};
-use crate::diagnosis::nested::{Judge, Nested};
+use crate::diagnosis::nested::{beside, expanded, Judge, Nested};
 use crate::diagnosis::over_pieces::{fitted, plain_start, with_from, without, Lengths, Model};
 use crate::diagnosis::prediction::{predict, Prediction, LEAST_GAIN};
 use crate::diagnosis::search_start::library;
@@ -17,7 +17,7 @@ use crate::error::Result;
 use crate::fit::fitting::Structure;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::pieces::Piece;
-use crate::fit::segments::{fit_pieces, FIRST_STEPS, ROUGH};
+use crate::fit::segments::{fit_pieces, FIRST};
 use crate::law::releases::Releases;
 use crate::quantity::Quantity;
 use crate::stop::Stop;
@@ -46,7 +46,7 @@ fn rough_start(lengths: &Lengths, inner: &Model, effect: &Effect) -> Option<Vec<
     let rough = |start: Vec<f64>| {
         let common = [&inner.fit.common[..], &start].concat();
         let states = &inner.fit.states;
-        let fit = fit_pieces(&pieces, &structure, &common, states, ROUGH, FIRST_STEPS);
+        let fit = fit_pieces(&pieces, &structure, &common, states, FIRST);
         (fit.sum(), start)
     };
     let fits = lengths.starts(effect).into_iter().map_at_once(rough);
@@ -71,21 +71,12 @@ impl PredictedModel {
 }
 
 /// Every set with an effect more than one of `models`, fitted, best first.
-fn expanded(lengths: &Lengths, models: &[Model], all: &[Effect]) -> Vec<Model> {
-    let mut seen: Vec<Vec<Effect>> = Vec::new();
-    let mut jobs = Vec::new();
-    for model in models {
-        let there = &model.fit.structure.effects;
-        for effect in all.iter().filter(|e| there.iter().all(|t| t != *e && !t.excludes(e))) {
-            let mut set = [&there[..], std::slice::from_ref(effect)].concat();
-            set.sort_unstable();
-            if !seen.contains(&set) {
-                seen.push(set);
-                jobs.push((model, effect));
-            }
-        }
-    }
-    let mut out: Vec<Model> = jobs.into_iter().map_at_once(|(m, e)| with(lengths, m, e)).collect();
+fn with_each(lengths: &Lengths, models: &[Model], all: &[Effect]) -> Vec<Model> {
+    let tried = models.iter().map(|model| {
+        let there = &model.fit.structure.effects[..];
+        (model, there, beside(there, all).cloned().collect())
+    });
+    let mut out = expanded(tried, |model, effect| with(lengths, model, effect));
     out.sort_by(|a, b| a.fit.sum().total_cmp(&b.fit.sum()));
     out
 }
@@ -160,7 +151,7 @@ fn searched(
     while rounds.len() <= MOST_EFFECTS {
         decay.stop.check()?;
         let last = rounds.last().expect("a round");
-        let next = expanded(&lengths, &last[..last.len().min(BREADTH)], &all);
+        let next = with_each(&lengths, &last[..last.len().min(BREADTH)], &all);
         let Some(best) = next.first() else { break };
         let gains =
             rounds.len() == 1 || best.fit.sum() < (1.0 - LEAST_GAIN).powi(2) * last[0].fit.sum();
@@ -212,13 +203,10 @@ fn grown(
     loop {
         lengths.stop.check()?;
         let inner = &here.model;
-        let there = &inner.model.fit.structure.effects;
-        let better = effects
-            .iter()
-            .filter(|e| there.iter().all(|t| t != *e && !t.excludes(e)))
+        let better = beside(&inner.model.fit.structure.effects, effects)
             .map_at_once(|e| judged(lengths, with(lengths, &inner.model, e)))
-            .filter(|with| with.predicts_better_than(inner))
-            .min_by(|a, b| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad()));
+            .filter(|with| judge.is_worth(inner, with))
+            .min_by(|a, b| judge.misfit(a).total_cmp(&judge.misfit(b)));
         match better {
             Some(better) => here = Nested::pruned(judge, better)?,
             None => return Ok(here),
@@ -252,7 +240,7 @@ fn bent(
     let mut flexible = library(decay, &plain.model.fit.structure.effects);
     flexible.retain(Effect::is_flexible);
     let has_simple = !judge.effects(inner).is_empty();
-    let beside = |of: &PredictedModel| {
+    let bent_beside = |of: &PredictedModel| {
         let all = flexible.iter().map_at_once(|effect| {
             let start = rough_start(lengths, &of.model, effect)?;
             let bent = with_from(lengths, &of.model, effect, &start);
@@ -260,9 +248,9 @@ fn bent(
         });
         all.flatten().filter(|with| with.predicts_clearly_better_than(inner)).collect::<Vec<_>>()
     };
-    let mut better = beside(inner);
+    let mut better = bent_beside(inner);
     if has_simple {
-        better.extend(beside(plain));
+        better.extend(bent_beside(plain));
     }
     let numbers = |judged: &PredictedModel| judged.model.fit.common.len();
     let is_ahead = |with: &PredictedModel, best: &PredictedModel, has_more| match has_more {

@@ -5,7 +5,7 @@ use crate::discrepancy::Discrepancy;
 use crate::effects::Effect;
 use crate::fit::free_decay::{Around, FreeDecay};
 use crate::fit::problem::{problem_of_one, Part, Release};
-use crate::fit::structure::{Structure, PLAIN};
+use crate::fit::structure::{Structure, PLAIN, WN, YAW, ZERO, ZETA};
 use crate::motion::oscillator::{Grid, Motion};
 use crate::quantity::Quantity;
 use crate::statistics::{correlation, independent_share};
@@ -132,7 +132,7 @@ impl Fitted {
             return self;
         };
         let places: Vec<usize> = (0..self.parameters.len()).collect();
-        let found = found.of_release(0, &places, self.parameters[0]);
+        let found = found.of_release(0, &places, self.parameters[WN]);
         self.covariance = Some(found.covariance().clone());
         (self.inflation, self.modal_inflation) = (1.0, 1.0);
         self.discrepancy = Some(found);
@@ -153,7 +153,7 @@ impl Fitted {
             for (j, u) in u.iter().enumerate().filter(|(j, _)| *j < self.parameters.len()) {
                 if covariance[(j, j)] == 0.0 {
                     covariance[(j, j)] = u * u / inflation;
-                    if j == 0 {
+                    if j == WN {
                         // What was known has its own clock in it.
                         self.around.rate_u = 0.0;
                     }
@@ -202,18 +202,18 @@ impl Fitted {
     }
     /// At rest; its u holds the residual's own correlation, what the model lacks and the clock's rate.
     pub fn natural_frequency_rad_s(&self) -> Quantity {
-        self.on_clock(self.modal_quantity(0), -1.0)
+        self.on_clock(self.modal_quantity(WN), -1.0)
     }
     /// At rest, negative where small oscillations grow; its u as that of the natural frequency.
     pub fn damping_ratio(&self) -> Quantity {
-        self.modal_quantity(1)
+        self.modal_quantity(ZETA)
     }
     /// The sensor's reading at no yaw, rad, where the fit varies it.
     pub fn sensor_zero_rad(&self) -> Option<Quantity> {
         self.structure.zero_unknown.then(|| {
             let mut row = vec![0.0; self.parameters.len()];
-            row[PLAIN] = 1.0;
-            self.quantity(self.parameters[PLAIN], &row)
+            row[ZERO] = 1.0;
+            self.quantity(self.parameters[ZERO], &row)
         })
     }
 
@@ -222,10 +222,10 @@ impl Fitted {
         let moment = self.structure.places().find(|(effect, _)| effect.moves_rest());
         match moment.filter(|_| self.structure.about_rest) {
             Some((_, at)) => {
-                let (wn, moment) = (self.parameters[0], self.parameters[at]);
+                let (wn, moment) = (self.parameters[WN], self.parameters[at]);
                 let rest = moment / wn.powi(2);
                 let mut row = vec![0.0; self.parameters.len()];
-                (row[0], row[at]) = (-2.0 * rest / wn, wn.powi(-2));
+                (row[WN], row[at]) = (-2.0 * rest / wn, wn.powi(-2));
                 Some(self.quantity(rest, &row))
             }
             None => self.sensor_zero_rad(),
@@ -252,7 +252,7 @@ impl Fitted {
     /// Covariance of natural frequency, damping ratio and everything the effects are made of. `None` where
     /// the fit has none, or did not fit them.
     pub fn named_covariance(&self) -> Option<Covariance> {
-        let covariance = self.covariance.as_ref().filter(|c| c[(0, 0)] > 0.0)?;
+        let covariance = self.covariance.as_ref().filter(|c| c[(WN, WN)] > 0.0)?;
         let unit =
             |at: usize| (0..self.parameters.len()).map(|k| f64::from(u8::from(k == at))).collect();
         let modal = ["natural_frequency_rad_s", "damping_ratio"];
@@ -318,16 +318,16 @@ impl Fitted {
         };
         let moment = self.structure.effects.iter().find(|e| e.moves_rest());
         let moment = moment.and_then(|e| self.varied(e)).map_or(0.0, |m| m[0]);
-        let rest = self.rest_rad().map_or(moment / p[0].powi(2), |rest| rest.value);
+        let rest = self.rest_rad().map_or(moment / p[WN].powi(2), |rest| rest.value);
         // The angle counts from where the effects act.
-        p[2] += rest * (f64::from(zero(&self.structure)) - f64::from(zero(structure)));
+        p[YAW] += rest * (f64::from(zero(&self.structure)) - f64::from(zero(structure)));
         p.extend(structure.zero_unknown.then_some(rest));
         for effect in &structure.effects {
             match self.varied(effect) {
                 Some(varied) => p.extend(varied),
                 // A constant moment under which it would rest there.
                 None if effect.moves_rest() && self.structure.zero_unknown => {
-                    p.push(rest * p[0].powi(2));
+                    p.push(rest * p[WN].powi(2));
                 }
                 None => return None,
             }

@@ -9,6 +9,7 @@ use crate::fit::free_decay::FreeDecay;
 use crate::fit::problem::{lengthened, problem_of_one, Release, EVALUATIONS};
 use crate::fit::segments::{FINE, FIRST_STEPS};
 pub use crate::fit::structure::{Limit, Number, Structure};
+use crate::fit::structure::{WN, ZETA};
 use crate::solver::Fit;
 
 fn solve(decay: &FreeDecay, structure: &Structure, start: &[f64], count: usize) -> Fit {
@@ -84,8 +85,8 @@ pub fn fit_plain_within(decay: &FreeDecay, structure: &Structure, count: usize) 
     start.extend(structure.zero_unknown.then_some(middle));
     let fit = solve_lengthened(decay, &structure, &start, count);
     // The whole record's mean frequency, where the first cycles' leads to another count of cycles.
-    start[0] = decay.mean_of_windows(|w| w.natural_frequency_rad_s);
-    start[1] = decay.mean_of_windows(|w| w.damping_ratio);
+    start[WN] = decay.mean_of_windows(|w| w.natural_frequency_rad_s);
+    start[ZETA] = decay.mean_of_windows(|w| w.damping_ratio);
     let other = solve(decay, &structure, &start, count);
     finished(decay, &structure, nearer(fit, other), count)
 }
@@ -204,7 +205,7 @@ pub(crate) fn refitted(decay: &FreeDecay, structure: &Structure, start: &[f64]) 
         }
         let before = fit.sum_of_squares;
         fit = solve(decay, structure, &fit.parameters, count);
-        if before - fit.sum_of_squares < FINE * before {
+        if before - fit.sum_of_squares < FINE.settled * before {
             break;
         }
     }

@@ -15,10 +15,11 @@ use crate::bic;
 use crate::effects::Effect;
 use crate::fit::fitting::{are_moved_by_steps, enough, held_out_over_noise, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
+use crate::fit::layout::Layout;
+pub use crate::fit::layout::Sharing;
 pub use crate::fit::problem::Release;
 use crate::fit::problem::{lengthened, JointProblem, Part, EVALUATIONS};
-use crate::fit::sharing::Places;
-pub use crate::fit::sharing::Sharing;
+use crate::fit::structure::WN;
 use crate::quantity::Quantity;
 use crate::solver::{off_bounds, Fit};
 use crate::statistics::weighted_rms;
@@ -43,7 +44,7 @@ pub struct JointFit {
     /// Not inflated for correlated residuals.
     covariance: Option<DMatrix<f64>>,
     inflation: f64,
-    places: Places,
+    layout: Layout,
 }
 
 impl JointFit {
@@ -70,7 +71,7 @@ impl JointFit {
             parameters: fit.parameters,
             covariance,
             inflation,
-            places: together.places,
+            layout: together.layout,
         }
     }
 
@@ -89,8 +90,8 @@ impl JointFit {
         let held = self.over_noise().powi(2) * self.inflation;
         let Some(found) = problem.discrepancy(&self.parameters, &fixed, held) else { return self };
         let covariance = found.covariance().clone();
-        for (i, (fit, places)) in self.fits.iter_mut().zip(&self.places.of).enumerate() {
-            let own = found.of_release(i, places, fit.parameters[0]);
+        for (i, fit) in self.fits.iter_mut().enumerate() {
+            let own = found.of_release(i, self.layout.places(i), fit.parameters[WN]);
             fit.covariance = Some(own.covariance().clone());
             fit.modal_inflation /= fit.inflation;
             fit.inflation = 1.0;
@@ -183,7 +184,7 @@ impl JointFit {
     /// [`Self::parameters`].
     pub fn place(&self, effect: &Effect, number: usize, release: usize) -> Option<usize> {
         let at = self.fits[release].structure.place(effect)?;
-        Some(self.places.of[release][at + number])
+        Some(self.layout.places(release)[at + number])
     }
 
     /// Covariance of two of [`Self::parameters`], inflated for correlated residuals. NaN where the fit has

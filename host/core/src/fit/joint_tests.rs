@@ -84,7 +84,7 @@ fn the_jacobian_of_shared_numbers_agrees_with_differences() {
     ];
     let together = JointProblem::new(&releases, &structure, &sharing, &starts);
     // Two modal pairs, three states, one coefficient, two offsets, three drifts.
-    assert_eq!(together.places.count, 4 + 6 + 1 + 2 + 3);
+    assert_eq!(together.layout.count(), 4 + 6 + 1 + 2 + 3);
     let p = together.gathered(&starts);
     assert!(jacobian_error(&together, &p) < 1e-4);
     let fitted = fit(&releases, &structure, &sharing, &starts);

@@ -1,58 +1,26 @@
-//! Pieces of free decays, each with an initial condition of its own, and where a release's own numbers are.
+//! Pieces of free decays, each with an initial condition of its own.
 
 use crate::at_once::AtOnce;
 use crate::fit::free_decay::FreeDecay;
+use crate::fit::layout::Layout;
 use crate::fit::problem::DIFFERENCE;
-use crate::fit::structure::Structure;
+use crate::fit::structure::{Structure, WN, ZERO, ZETA};
 use crate::motion::simulate::readings_of_all;
+use crate::solver::blocks::damped_inverse;
+use crate::solver::descent::{descend, Attempt, Damping, Descent, Ended};
+use crate::stop::Stop;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use std::ops::{Deref, Range};
-
-/// Where a release has its own numbers among the common ones of a fit to several: behind the first release's
-/// wn, zeta and rest angle, before the effects.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Own {
-    /// Of the natural frequency; the damping ratio is next.
-    pub(crate) modal: usize,
-    pub(crate) rest: usize,
-    /// How many there are beyond the first release's.
-    pub(crate) more: usize,
-}
-
-impl Own {
-    /// Of a release that is fitted alone.
-    pub(crate) const ALONE: Self = Self { modal: 0, rest: 2, more: 0 };
-
-    /// Of a number in the order of [`crate::fit::fitting::Fitted`]; none for the state.
-    pub(crate) fn place(&self, j: usize, structure: &Structure) -> Option<usize> {
-        match j {
-            0 | 1 => Some(self.modal + j),
-            2 | 3 => None,
-            4 if structure.zero_unknown => Some(self.rest),
-            _ => Some(j - 2 + self.more),
-        }
-    }
-
-    /// Numbers in the order of [`crate::fit::fitting::Fitted`].
-    pub(crate) fn numbers(
-        &self,
-        structure: &Structure,
-        common: &[f64],
-        state: [f64; 2],
-    ) -> Vec<f64> {
-        let mut p = common[self.modal..self.modal + 2].to_vec();
-        p.extend(state);
-        p.extend(structure.zero_unknown.then(|| common[self.rest]));
-        p.extend(&common[structure.own_numbers() - 2 + self.more..]);
-        p
-    }
-}
+use std::sync::Arc;
 
 /// A piece of a free decay.
 #[derive(Clone, Debug)]
 pub(crate) struct Piece {
     pub(crate) decay: FreeDecay,
-    pub(crate) own: Own,
+    /// The release that it is of, among those that are fitted at once.
+    pub(crate) release: usize,
+    /// Of each of those: the ones of one number have natural frequency and damping ratio in common.
+    pub(crate) modal: Arc<[usize]>,
 }
 
 impl Deref for Piece {
@@ -66,13 +34,20 @@ impl Deref for Piece {
 impl Piece {
     /// All of a release that is fitted alone.
     pub(crate) fn whole(decay: &FreeDecay) -> Self {
-        Self { decay: decay.clone(), own: Own::ALONE }
+        Self { decay: decay.clone(), release: 0, modal: Arc::new([0]) }
+    }
+
+    /// Where the numbers of a fit of `structure` to `pieces` are.
+    pub(crate) fn layout(pieces: &[&Self], structure: &Structure) -> Layout {
+        let release = pieces.iter().map(|piece| piece.release).collect();
+        Layout::of_pieces(structure, &pieces[0].modal, release)
     }
 
     /// Its state at the first instant as its first means show it under a model.
     pub(crate) fn begun(&self, structure: &Structure, common: &[f64]) -> [f64; 2] {
-        let modal = [common[self.own.modal], common[self.own.modal + 1]];
-        first_state(self, if structure.zero_unknown { common[self.own.rest] } else { 0.0 }, modal)
+        let p = Self::layout(&[self], structure).numbers(0, common, [0.0, 0.0]);
+        let zero = if structure.zero_unknown { p[ZERO] } else { 0.0 };
+        first_state(self, zero, [p[WN], p[ZETA]])
     }
 }
 
@@ -102,6 +77,7 @@ impl Pieces {
     }
 
     fn with(decay: &FreeDecay, ranges: Vec<Range<usize>>) -> Self {
+        let modal: Arc<[usize]> = Arc::new([0]);
         let piece = |range: &Range<usize>| {
             let decay = FreeDecay {
                 smooth: decay.smooth.saturating_sub(range.start).min(range.len()),
@@ -114,7 +90,7 @@ impl Pieces {
                 windows: Vec::new(),
                 ..decay.clone()
             };
-            Piece { decay, own: Own::ALONE }
+            Piece { decay, release: 0, modal: modal.clone() }
         };
         Self { decays: ranges.iter().map(piece).collect() }
     }
@@ -149,11 +125,54 @@ fn first_state(piece: &FreeDecay, zero: f64, [wn, zeta]: [f64; 2]) -> [f64; 2] {
     piece.measurand.derivative().state(read, wn, zeta)
 }
 
-/// `matrix` with a larger diagonal.
-pub(super) fn damped(mut matrix: Matrix2<f64>, damping: f64) -> Matrix2<f64> {
-    matrix[(0, 0)] *= 1.0 + damping;
-    matrix[(1, 1)] *= 1.0 + damping;
-    matrix
+/// A piece's state, and the sums of its residuals over it: matrix, gradient, squares (rad2).
+type OfState = ([f64; 2], Matrix2<f64>, Vector2<f64>, f64);
+
+/// A fit of a piece's state on its way.
+struct StateFit<F> {
+    sums: F,
+    here: OfState,
+    there: OfState,
+    tries: usize,
+    stop: Stop,
+}
+
+impl<F: Fn([f64; 2]) -> OfState> Descent for StateFit<F> {
+    fn arrived(&mut self) -> Option<Ended> {
+        None
+    }
+    fn step(&mut self, damping: f64) -> Attempt {
+        let used_up = self.tries == 0;
+        if used_up || self.stop.is_requested() {
+            return Attempt::Ended(if used_up {
+                Ended::MaxEvaluations
+            } else {
+                Ended::Interrupted
+            });
+        }
+        self.tries -= 1;
+        let (x, h, g, _) = &self.here;
+        let Some(step) = damped_inverse(*h, damping).map(|inverse| inverse * g) else {
+            return Attempt::Ended(Ended::NoStep);
+        };
+        self.there = (self.sums)([x[0] - step[0], x[1] - step[1]]);
+        Attempt::Promises(step.dot(g))
+    }
+    fn gain(&mut self) -> Option<f64> {
+        Some(self.here.3 - self.there.3)
+    }
+    fn is_last(&self, promised: f64, gained: Option<f64>) -> bool {
+        match gained.filter(|gained| *gained > 0.0) {
+            Some(gained) => gained < 1e-6 * self.there.3,
+            None => promised < 1e-6 * self.here.3,
+        }
+    }
+    fn take(&mut self) {
+        self.here = self.there;
+    }
+    fn relaxation(&self, _kept: f64) -> f64 {
+        0.1
+    }
 }
 
 /// The state of `piece` that fits best under given common numbers, and its sum of squares (rad2), infinite
@@ -164,14 +183,14 @@ pub(crate) fn fit_state(
     common: &[f64],
     start: [f64; 2],
 ) -> ([f64; 2], f64) {
-    let wn_rad_s = common[piece.own.modal];
+    let layout = Piece::layout(&[piece], structure);
+    let wn_rad_s = common[layout.modal(0)];
     let steps = [DIFFERENCE * piece.amplitude_rad, DIFFERENCE * piece.amplitude_rad * wn_rad_s];
-    let at = |x: [f64; 2]| {
+    let sums = |x: [f64; 2]| {
         let moved = [x, [x[0] + steps[0], x[1]], [x[0], x[1] + steps[1]]];
         let mut zero = 0.0;
         let motions = moved.map(|x| {
-            let (motion, z) =
-                structure.motion(&piece.own.numbers(structure, common, x), piece.around());
+            let (motion, z) = structure.motion(&layout.numbers(0, common, x), piece.around());
             zero = z;
             motion
         });
@@ -187,31 +206,15 @@ pub(crate) fn fit_state(
             g += d * e;
             h += d * d.transpose();
         }
-        (h, g, s)
+        (x, h, g, s)
     };
-    let mut best = start;
-    let (mut h, mut g, mut s) = at(best);
-    let mut damping = 1e-6;
-    for _ in 0..25 {
-        if !s.is_finite() || piece.stop.is_requested() {
-            return (best, f64::INFINITY);
-        }
-        let Some(step) = damped(h, damping).try_inverse().map(|i| i * g) else { break };
-        let trial = [best[0] - step[0], best[1] - step[1]];
-        let there = at(trial);
-        if there.2 < s {
-            let gain = s - there.2;
-            (best, h, g, s) = (trial, there.0, there.1, there.2);
-            damping *= 0.1;
-            if gain < 1e-6 * s {
-                break;
-            }
-        } else {
-            if step.dot(&g) < 1e-6 * s {
-                break;
-            }
-            damping = (damping * 10.0).max(1e-4);
-        }
+    let here = sums(start);
+    if !here.3.is_finite() {
+        return (start, f64::INFINITY);
     }
-    (best, s)
+    // A model that cannot follow its piece is not done after so many tries, and would predict otherwise with more.
+    let mut fit = StateFit { sums, here, there: here, tries: 25, stop: piece.stop.clone() };
+    descend(&mut fit, Damping::new(1e-6, [0.0, f64::INFINITY]).raised_to(1e-4).tenfold());
+    let squares = if piece.stop.is_requested() { f64::INFINITY } else { fit.here.3 };
+    (fit.here.0, squares)
 }

@@ -4,7 +4,7 @@ use crate::at_once::AtOnce;
 use crate::discrepancy::{self, Discrepancy, Left, Observed};
 use crate::effects::Effect;
 use crate::fit::free_decay::FreeDecay;
-use crate::fit::sharing::{Places, Sharing};
+use crate::fit::layout::{Layout, Sharing};
 use crate::fit::structure::Structure;
 use crate::motion::simulate::{readings_of_all, Grid, Motion};
 use crate::solver::{minimise, off_bounds, Fit, Options, Problem, Rows};
@@ -201,7 +201,7 @@ fn difference(structure: &Structure) -> f64 {
 /// Residuals of all releases over their noise.
 pub(crate) struct JointProblem<'a> {
     pub(crate) parts: Vec<Part<'a>>,
-    pub(crate) places: Places,
+    pub(crate) layout: Layout,
     pub(crate) bounds: Vec<(f64, f64)>,
 }
 
@@ -213,11 +213,22 @@ impl<'a> JointProblem<'a> {
         sharing: &Sharing,
         starts: &[Vec<f64>],
     ) -> Self {
-        let places = Places::new(structure, sharing);
-        let mut bounds: Vec<Option<(f64, f64)>> = vec![None; places.count];
-        for (i, (release, start)) in releases.iter().zip(starts).enumerate() {
-            let own = sharing.of_release(structure, i).bounds(release.decay, start);
-            for (&at, (low, high)) in places.of[i].iter().zip(own) {
+        let layout = Layout::of_releases(structure, sharing);
+        let structures = (0..releases.len()).map(|i| sharing.of_release(structure, i)).collect();
+        Self::laid_out(releases, structures, layout, starts)
+    }
+
+    /// Of blocks whose numbers are as `layout` says, each with its structure and a value for each of its numbers.
+    pub(crate) fn laid_out(
+        blocks: &[Release<'a>],
+        structures: Vec<Structure>,
+        layout: Layout,
+        starts: &[Vec<f64>],
+    ) -> Self {
+        let mut bounds: Vec<Option<(f64, f64)>> = vec![None; layout.count()];
+        for (i, (block, start)) in blocks.iter().zip(starts).enumerate() {
+            let own = structures[i].bounds(block.decay, start);
+            for (&at, (low, high)) in layout.places(i).iter().zip(own) {
                 let (least, most) = bounds[at].unwrap_or((low, high));
                 let (low, high) = (low.max(least), high.min(most));
                 // Two releases whose bounds do not meet keep to the first's.
@@ -226,17 +237,16 @@ impl<'a> JointProblem<'a> {
         }
         let mut bounds: Vec<(f64, f64)> =
             bounds.into_iter().map(|b| b.unwrap_or((f64::NEG_INFINITY, f64::INFINITY))).collect();
-        let with_acting = |(i, release): (usize, &Release)| {
-            let structure = sharing.of_release(structure, i);
-            let acting = structure.acting(release.decay.wind_speed_m_s);
+        let with_acting = |(structure, block): (Structure, &Release)| {
+            let acting = structure.acting(block.decay.wind_speed_m_s);
             (structure, acting)
         };
         let structures: Vec<(Structure, Vec<bool>)> =
-            releases.iter().enumerate().map(with_acting).collect();
+            structures.into_iter().zip(blocks).map(with_acting).collect();
         // A number that acts in the wind of no release stays where it begins.
-        let mut begun: Vec<Option<f64>> = vec![None; places.count];
+        let mut begun: Vec<Option<f64>> = vec![None; layout.count()];
         for (i, (_, acting)) in structures.iter().enumerate() {
-            for (j, &at) in places.of[i].iter().enumerate() {
+            for (j, &at) in layout.places(i).iter().enumerate() {
                 begun[at] =
                     if acting[j] { Some(f64::NAN) } else { begun[at].or(Some(starts[i][j])) };
             }
@@ -248,10 +258,10 @@ impl<'a> JointProblem<'a> {
         }
         let parts = structures
             .into_iter()
-            .zip(releases)
+            .zip(blocks)
             .enumerate()
             .map(|(i, ((structure, acting), &release))| {
-                let places = places.of[i].clone();
+                let places = layout.places(i).to_vec();
                 let bounds: Vec<(f64, f64)> = places.iter().map(|&at| bounds[at]).collect();
                 let is_free = |j: &usize| bounds[*j].0 < bounds[*j].1 && acting[*j];
                 let mut free: Vec<usize> = (0..places.len()).filter(is_free).collect();
@@ -271,14 +281,14 @@ impl<'a> JointProblem<'a> {
                 }
             })
             .collect();
-        Self { parts, places, bounds }
+        Self { parts, layout, bounds }
     }
 
     /// The median of each number over the releases that share it: one that is in another minimum draws no
     /// mean aside. What acts in the wind of some counts there alone.
     pub(crate) fn gathered(&self, starts: &[Vec<f64>]) -> Vec<f64> {
         let gathered = |acting: bool| {
-            let mut all: Vec<Vec<f64>> = vec![Vec::new(); self.places.count];
+            let mut all: Vec<Vec<f64>> = vec![Vec::new(); self.layout.count()];
             for (part, start) in self.parts.iter().zip(starts) {
                 let of = part.places.iter().zip(start).zip(&part.acting);
                 of.filter(|(_, acts)| **acts == acting)
@@ -352,7 +362,7 @@ impl<'a> JointProblem<'a> {
 
 impl Problem for JointProblem<'_> {
     fn parameters(&self) -> usize {
-        self.places.count
+        self.layout.count()
     }
 
     fn evaluate(&self, p: &[f64], rows: &mut dyn Rows) {

@@ -2,38 +2,43 @@
 //!
 //! Single shooting over a long record has as many minima as the record has cycles; over a few cycles with a
 //! free state it has one. Natural frequency, damping ratio, rest angle and effects are common to all pieces;
-//! the states are eliminated from the normal equations piece by piece (the structure of multiple shooting: H.
-//! G. Bock, 1983), so that a fit costs what single shooting costs. From short pieces one goes to longer ones,
-//! and to the whole record.
+//! the states are eliminated piece by piece ([`crate::solver::blocks`]), so that a fit costs what single shooting
+//! costs. From short pieces one goes to longer ones, and to the whole record.
 
 use crate::at_once::AtOnce;
 use crate::effects::{Effect, LANES};
-use crate::fit::pieces::{damped, Own, Piece, Pieces};
-use crate::fit::problem::{problem_of_one, JointProblem, Release};
-use crate::fit::structure::Structure;
-use crate::solver::{step_within, Normal, Rows};
-use nalgebra::{DMatrix, DVector, Matrix2};
+use crate::fit::layout::Layout;
+use crate::fit::pieces::{Piece, Pieces};
+use crate::fit::problem::{JointProblem, Part, Release};
+use crate::fit::structure::{Structure, YAW};
+use crate::solver::blocks::{self, Block, Quadratic};
+use crate::solver::descent::{descend, Attempt, Damping, Descent, Ended};
+use crate::solver::{Normal, Rows};
 
-/// Gain of a step, as a share of the sum of squares, below which a fit that is only a start for the next has
-/// settled.
-pub(crate) const ROUGH: f64 = 1e-3;
-/// The same of one whose numbers models are compared by.
-pub(crate) const SETTLED: f64 = 1e-4;
-/// The same of one to the whole, or of a law.
-pub(crate) const FINE: f64 = 1e-5;
-/// Steps of a fit to longer pieces; it is continued at the next level.
-pub(crate) const STEPS: usize = 40;
-/// Steps of a fit from one of several starts, the best of which is gone on with.
+/// When a fit to pieces ends.
+#[derive(Clone, Copy)]
+pub(crate) struct Until {
+    /// Gain of a step, as a share of the sum of squares, below which it is the last.
+    pub(crate) settled: f64,
+    pub(crate) steps: usize,
+}
+
+/// Of one that is only a start for the next; it is continued on longer pieces.
+pub(crate) const ROUGH: Until = Until { settled: 1e-3, steps: 40 };
+/// Of one from one of several starts, the best of which is gone on with.
+pub(crate) const FIRST: Until = Until { steps: FIRST_STEPS, ..ROUGH };
 pub(crate) const FIRST_STEPS: usize = 6;
-
+/// Of one whose numbers models are compared by.
+pub(crate) const SETTLED: Until = Until { settled: 1e-4, ..ROUGH };
+/// Of one to the whole, or of a law.
+pub(crate) const FINE: Until = Until { settled: 1e-5, ..ROUGH };
 /// A model on pieces: what they have in common, and the state of each at its first instant.
 #[derive(Clone, Debug)]
 pub(crate) struct PieceFit {
     pub(crate) structure: Structure,
-    /// wn, zeta, the rest angle where it is free, those of further releases, then each effect's numbers.
+    pub(crate) layout: Layout,
+    /// All numbers but the states: natural frequencies and damping ratios, zeros, then each effect's.
     pub(crate) common: Vec<f64>,
-    /// Of each piece.
-    pub(crate) own: Vec<Own>,
     pub(crate) states: Vec<[f64; 2]>,
     /// Sum of squares of each piece, rad2.
     pub(crate) squares: Vec<f64>,
@@ -47,275 +52,221 @@ impl PieceFit {
 
     /// Numbers in the order of [`crate::fit::fitting::Fitted`].
     pub(crate) fn numbers(&self, piece: usize) -> Vec<f64> {
-        self.own[piece].numbers(&self.structure, &self.common, self.states[piece])
+        self.layout.numbers(piece, &self.common, self.states[piece])
     }
 
     /// Where in `common` the numbers of `effect`, which is in the structure, begin.
     pub(crate) fn start_of(&self, effect: &Effect) -> usize {
-        self.structure.place(effect).expect("an effect of the model") - 2 + self.more()
+        let number = self.structure.place(effect).expect("an effect of the model");
+        self.layout.shared_of(0, number).expect("no state")
     }
 
-    /// How many numbers belong to releases beyond the first.
-    pub(crate) fn more(&self) -> usize {
-        self.own[0].more
+    /// The numbers of all effects, one after the other.
+    pub(crate) fn of_effects(&self) -> &[f64] {
+        let count: usize = self.structure.effects.iter().map(|e| e.parameters().len()).sum();
+        &self.common[self.common.len() - count..]
     }
 }
 
-/// A piece's residuals over the noise as sums, over common numbers and state.
-struct Sums {
-    matrix: DMatrix<f64>,
-    gradient: DVector<f64>,
-    squares: f64,
-    /// Of `squares`, what the record misses; the rest keeps a law smooth.
-    misfit: f64,
-}
-
-/// A fit to some of the pieces.
+/// A fit to some of the pieces, on its way.
 struct Fit<'a> {
-    problems: Vec<JointProblem<'a>>,
-    pieces: &'a [&'a Piece],
-    /// Of the common numbers, those that are not fixed, and all bounds.
+    problem: JointProblem<'a>,
+    /// Of the common numbers, those that are not fixed.
     free: Vec<usize>,
-    bounds: Vec<(f64, f64)>,
+    /// Of each number by which a piece is fitted: its place among the free ones, the state's behind them.
+    columns: Vec<Vec<usize>>,
+    here: Place,
+    trial: Place,
+    /// The steps are those that it may still take.
+    until: Until,
+}
+
+/// Numbers of a fit, and what the pieces are there.
+#[derive(Default)]
+struct Place {
+    common: Vec<f64>,
+    states: Vec<[f64; 2]>,
+    /// Once they have been asked for.
+    blocks: Option<Vec<Block>>,
+    /// What of each piece's squares over the noise the record misses; the rest keeps a law smooth.
+    misfit: Vec<f64>,
 }
 
 impl<'a> Fit<'a> {
-    fn new(pieces: &'a [&'a Piece], structure: &Structure, common: &[f64]) -> Self {
-        let mut bounds = vec![(f64::NEG_INFINITY, f64::INFINITY); common.len()];
-        let mut is_free = vec![false; common.len()];
-        let problem = |piece: &&'a Piece| {
-            let start = piece.own.numbers(structure, common, [0.0, 0.0]);
-            let problem = problem_of_one(Release::whole(piece), structure, &start);
-            let part = &problem.parts[0];
-            for (j, bound) in part.bounds.iter().enumerate() {
-                let Some(at) = piece.own.place(j, structure) else { continue };
-                let is_free_here = part.free.contains(&j);
-                // Of pieces in several winds a number is held by those alone in which it does something.
-                if is_free_here || !is_free[at] {
-                    bounds[at] = *bound;
-                }
-                is_free[at] |= is_free_here;
-            }
-            problem
+    fn new(
+        pieces: &[&'a Piece],
+        structure: &Structure,
+        (common, states): (&[f64], &[[f64; 2]]),
+        until: Until,
+    ) -> Self {
+        let layout = Piece::layout(pieces, structure);
+        let starts: Vec<Vec<f64>> =
+            (0..pieces.len()).map(|k| layout.numbers(k, common, [0.0, 0.0])).collect();
+        let blocks: Vec<Release> = pieces.iter().map(|piece| Release::whole(piece)).collect();
+        let structures = vec![structure.clone(); pieces.len()];
+        let problem = JointProblem::laid_out(&blocks, structures, layout, &starts);
+        let shared = |part: &Part, j: usize| problem.layout.shared(part.places[j]);
+        let of_part = |part: &Part| part.free.iter().filter_map(|&j| shared(part, j)).collect();
+        let mut free: Vec<usize> =
+            problem.parts.iter().flat_map(|p| -> Vec<_> { of_part(p) }).collect();
+        free.sort_unstable();
+        free.dedup();
+        let column = |part: &Part, j: usize| match shared(part, j) {
+            Some(at) => free.partition_point(|&other| other < at),
+            None => free.len() + j - YAW,
         };
-        let problems = pieces.iter().map(problem).collect();
-        let free = (0..common.len()).filter(|&j| is_free[j]).collect();
-        Self { problems, pieces, free, bounds }
+        let of_part = |part: &Part| part.free.iter().map(|&j| column(part, j)).collect();
+        let columns = problem.parts.iter().map(of_part).collect();
+        let inside = |(j, x): (usize, &f64)| {
+            let (low, high) = problem.bounds[problem.layout.of_shared(j)];
+            x.max(low).min(high)
+        };
+        let common = common.iter().enumerate().map(inside).collect();
+        let misfit = vec![f64::INFINITY; pieces.len()];
+        let here = Place { common, states: states.to_vec(), blocks: None, misfit };
+        Self { problem, free, columns, here, trial: Place::default(), until }
+    }
+
+    fn bounds(&self, common: usize) -> (f64, f64) {
+        self.problem.bounds[self.problem.layout.of_shared(common)]
     }
 
     fn is_stopped(&self) -> bool {
-        self.problems[0].parts[0].release.decay.stop.is_requested()
+        self.problem.parts[0].release.decay.stop.is_requested()
     }
 
-    fn sums(&self, common: &[f64], states: &[[f64; 2]]) -> Option<Vec<Sums>> {
-        let sums = self
-            .problems
-            .iter()
-            .zip(self.pieces)
-            .zip(states)
-            .map_at_once(|((problem, piece), state)| {
-                if self.is_stopped() {
-                    return None;
-                }
-                let part = &problem.parts[0];
-                let numbers = piece.own.numbers(&part.structure, common, *state);
-                let (residuals, columns) = part.linearised(&numbers);
-                // State last.
-                let place = |&j: &usize| match piece.own.place(j, &part.structure) {
-                    None => self.free.len() + j - 2,
-                    place => self.free.iter().position(|&i| Some(i) == place).unwrap_or(0),
-                };
-                let places: Vec<usize> = part.free.iter().map(place).collect();
-                let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
-                let mut normal = Normal::new(self.free.len() + 2);
-                normal.part(&residuals, &places, &columns);
-                Some(Sums {
-                    matrix: normal.matrix(),
-                    gradient: normal.gradient(),
-                    squares: normal.sum_of_squares(),
-                    misfit: residuals[..part.release.count].iter().map(|r| r * r).sum(),
-                })
-            })
-            .collect::<Option<Vec<Sums>>>()?;
-        let finite = |s: &Sums| {
-            s.squares.is_finite() && s.matrix.iter().chain(&s.gradient).all(|x| x.is_finite())
-        };
-        sums.iter().all(finite).then_some(sums)
-    }
-
-    /// Whether derivatives cost so much more than residuals that these are asked first whether a step gains,
-    /// and whether it is the last.
-    fn is_wide(&self) -> bool {
-        self.free.len() > 2 * LANES
-    }
-
-    /// Each piece's squares alone, and of them the misfit; no numbers where the model has no course there,
-    /// or stopped.
-    fn squares(&self, common: &[f64], states: &[[f64; 2]]) -> Vec<[f64; 2]> {
-        let each = self.problems.iter().zip(self.pieces).zip(states);
-        let squares = each.map_at_once(|((problem, piece), state)| {
+    /// The pieces' sums and misfit there; `None` where the model has no course, or is stopped.
+    fn sums(&self, at: &Place) -> Option<(Vec<Block>, Vec<f64>)> {
+        let all = &self.problem.layout.all(&at.common, &at.states);
+        let of_part = |(part, which): (&Part, &Vec<usize>)| {
             if self.is_stopped() {
-                return [f64::NAN; 2];
+                return None;
             }
-            let part = &problem.parts[0];
-            let numbers = piece.own.numbers(&part.structure, common, *state);
-            let (residuals, _) = part.linearised_by(&numbers, &[]);
-            let sum = |residuals: &[f64]| residuals.iter().map(|r| r * r).sum::<f64>();
-            [sum(&residuals), sum(&residuals[..part.release.count])]
-        });
-        squares.collect()
-    }
-
-    /// Matrix and gradient of the common numbers with the states eliminated, and what gives the states'
-    /// steps.
-    fn reduced(&self, sums: &[Sums], damping: f64) -> (DMatrix<f64>, DVector<f64>) {
-        let n = self.free.len();
-        let mut a = DMatrix::zeros(n, n);
-        let mut g = DVector::zeros(n);
-        for s in sums {
-            let inverse = inverse_of_state(s, n, damping);
-            let c = s.matrix.view((0, n), (n, 2)).into_owned();
-            a += s.matrix.view((0, 0), (n, n)) - &c * inverse * c.transpose();
-            g += s.gradient.rows(0, n) - &c * (inverse * s.gradient.rows(n, 2));
-        }
-        (a, g)
-    }
-
-    /// The step from common numbers and states at which the sums are those; none where the damping is too
-    /// small for one.
-    fn step(
-        &self,
-        here: &[Sums],
-        common: &[f64],
-        states: &[[f64; 2]],
-        damping: f64,
-    ) -> Option<Step> {
-        let n = self.free.len();
-        let (mut damped, g) = self.reduced(here, damping);
-        for k in 0..n {
-            let own = damped[(k, k)];
-            // A little of it keeps the matrix definite.
-            damped[(k, k)] += damping * own.max(1e-30) + 1e-12 * own;
-        }
-        let moved = step_within(&damped, &g, &|k| {
-            let (low, high) = self.bounds[self.free[k]];
-            (low - common[self.free[k]], high - common[self.free[k]])
-        })?;
-        let mut to = common.to_vec();
-        for (k, by) in moved.iter().enumerate() {
-            to[self.free[k]] += by;
-        }
-        let mut predicted = 0.0;
-        let state = |(s, x): (&Sums, &[f64; 2])| {
-            let c = s.matrix.view((0, n), (n, 2));
-            let right = s.gradient.rows(n, 2) + c.transpose() * &moved;
-            let d = inverse_of_state(s, n, damping) * &right;
-            predicted += d.dot(&s.gradient.rows(n, 2));
-            [x[0] - d[0], x[1] - d[1]]
+            let (residuals, columns) = part.linearised(all);
+            let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+            let mut normal = Normal::new(self.free.len() + 2);
+            normal.part(&residuals, which, &columns);
+            Some((Block::of(&normal)?, sum(&residuals[..part.release.count])))
         };
-        let states = here.iter().zip(states).map(state).collect();
-        let slopes = here.iter().map(|s| s.gradient.rows(0, n));
-        predicted -= moved.dot(&slopes.fold(DVector::zeros(n), |sum: DVector<f64>, s| sum + s));
-        Some(Step { common: to, states, predicted })
+        self.problem.parts.iter().zip(&self.columns).map_at_once(of_part).collect()
+    }
+
+    /// Each piece's squares alone, and of them the misfit; no numbers where the model has no course, or stopped.
+    fn squares(&self, at: &Place) -> (Vec<f64>, Vec<f64>) {
+        let all = &self.problem.layout.all(&at.common, &at.states);
+        let of_part = |part: &Part| {
+            if self.is_stopped() {
+                return (f64::NAN, f64::NAN);
+            }
+            let (residuals, _) = part.linearised_by(all, &[]);
+            (sum(&residuals), sum(&residuals[..part.release.count]))
+        };
+        self.problem.parts.iter().map_at_once(of_part).unzip()
+    }
+
+    fn total(&self) -> f64 {
+        self.here.blocks.iter().flatten().map(Block::squares).sum()
+    }
+
+    /// The gain of a step with which it ends.
+    fn enough(&self) -> f64 {
+        self.until.settled * self.total()
+    }
+
+    /// Downhill from where it is; whether it got to a minimum.
+    fn descend(&mut self) -> bool {
+        let Some((blocks, misfit)) = self.sums(&self.here) else { return false };
+        (self.here.blocks, self.here.misfit) = (Some(blocks), misfit);
+        let damping = Damping::new(1e-4, [1e-12, 1e10]).raised_to(1e-6);
+        descend(self, damping).is_minimum() && !self.is_stopped()
     }
 }
 
-/// A step of a fit, and by how much the squares fall with it if all is linear.
-struct Step {
-    common: Vec<f64>,
-    states: Vec<[f64; 2]>,
-    predicted: f64,
+fn sum(residuals: &[f64]) -> f64 {
+    residuals.iter().map(|r| r * r).sum()
 }
 
-fn inverse_of_state(s: &Sums, n: usize, damping: f64) -> Matrix2<f64> {
-    let own = s.matrix.fixed_view::<2, 2>(n, n).into_owned();
-    damped(own, damping).try_inverse().unwrap_or_else(Matrix2::zeros)
+impl Descent for Fit<'_> {
+    fn arrived(&mut self) -> Option<Ended> {
+        let used_up = self.until.steps == 0;
+        self.until.steps = self.until.steps.saturating_sub(1);
+        used_up.then_some(Ended::MaxEvaluations)
+    }
+
+    fn step(&mut self, damping: f64) -> Attempt {
+        if self.is_stopped() {
+            return Attempt::Ended(Ended::Interrupted);
+        }
+        let Place { common, states, blocks, .. } = &self.here;
+        let within = |k: usize| {
+            let (low, high) = self.bounds(self.free[k]);
+            (low - common[self.free[k]], high - common[self.free[k]])
+        };
+        let blocks = blocks.as_ref().expect("where it has been");
+        let Some(step) = blocks::step(blocks, damping, &within) else { return Attempt::Impossible };
+        let mut to = common.clone();
+        self.free.iter().zip(&step.shared).for_each(|(&j, by)| to[j] += by);
+        let state = |(x, by): (&[f64; 2], &[f64; 2])| [x[0] + by[0], x[1] + by[1]];
+        let states = states.iter().zip(&step.states).map(state).collect();
+        self.trial = Place { common: to, states, ..Place::default() };
+        Attempt::Promises(step.promised)
+    }
+
+    fn gain(&mut self) -> Option<f64> {
+        // Where derivatives cost so much more than residuals, these are asked first whether a step gains, and
+        // whether it is the last.
+        if self.free.len() > 2 * LANES {
+            let (squares, misfit) = self.squares(&self.trial);
+            let ahead = self.total() - squares.iter().sum::<f64>();
+            self.trial.misfit = misfit;
+            if ahead.is_nan() || ahead < self.enough() {
+                return Some(ahead);
+            }
+        }
+        let (blocks, misfit) = self.sums(&self.trial)?;
+        let gained = self.total() - blocks.iter().map(Block::squares).sum::<f64>();
+        (self.trial.blocks, self.trial.misfit) = (Some(blocks), misfit);
+        Some(gained)
+    }
+
+    fn is_last(&self, promised: f64, gained: Option<f64>) -> bool {
+        let gained = gained.filter(|gained| *gained > 0.0);
+        gained.unwrap_or(promised.abs()) < self.enough()
+    }
+
+    fn take(&mut self) {
+        std::mem::swap(&mut self.here, &mut self.trial);
+    }
+
+    fn relaxation(&self, kept: f64) -> f64 {
+        if kept > 0.5 {
+            0.1
+        } else {
+            0.5
+        }
+    }
 }
 
-/// Fits `structure` to `pieces` from given common numbers and states; `settled` is the relative gain at which
-/// it ends.
+/// Fits `structure` to `pieces` from given common numbers and states.
 pub(crate) fn fit_pieces(
     pieces: &[&Piece],
     structure: &Structure,
     common: &[f64],
     states: &[[f64; 2]],
-    settled: f64,
-    most: usize,
+    until: Until,
 ) -> PieceFit {
-    let fit = Fit::new(pieces, structure, common);
-    let inside = |(x, (low, high)): (&f64, &(f64, f64))| x.max(*low).min(*high);
-    let mut out = PieceFit {
-        structure: structure.clone(),
-        common: common.iter().zip(&fit.bounds).map(inside).collect(),
-        own: pieces.iter().map(|piece| piece.own).collect(),
-        states: states.to_vec(),
-        squares: vec![f64::INFINITY; pieces.len()],
-        converged: false,
-    };
-    let Some(mut here) = fit.sums(&out.common, &out.states) else { return out };
-    let mut misfit: Vec<f64> = here.iter().map(|s| s.misfit).collect();
-    let total = |sums: &[Sums]| sums.iter().map(|s| s.squares).sum::<f64>();
-    let (mut damping, mut growth) = (1e-4, 2.0);
-    'steps: for _ in 0..most {
-        let squares = total(&here);
-        loop {
-            let Some(Step { common: trial, states: there, predicted }) =
-                fit.step(&here, &out.common, &out.states, damping)
-            else {
-                damping = (damping * 10.0).max(1e-6);
-                if damping > 1e8 {
-                    break 'steps;
-                }
-                continue;
-            };
-            let left = if fit.is_wide() { fit.squares(&trial, &there) } else { Vec::new() };
-            let ahead = match fit.is_wide() {
-                true => squares - left.iter().map(|s| s[0]).sum::<f64>(),
-                false => f64::INFINITY,
-            };
-            if ahead > 0.0 && ahead < settled * squares {
-                misfit = left.iter().map(|s| s[1]).collect();
-                (out.common, out.states, out.converged) = (trial, there, true);
-                break 'steps;
-            }
-            let next = (ahead > 0.0).then(|| fit.sums(&trial, &there)).flatten();
-            let gained = next.as_ref().map_or(f64::NEG_INFINITY, |s| squares - total(s));
-            if gained > 0.0 {
-                here = next.expect("gained");
-                misfit = here.iter().map(|s| s.misfit).collect();
-                (out.common, out.states) = (trial, there);
-                damping = (damping * if gained > 0.5 * predicted { 0.1 } else { 0.5 }).max(1e-12);
-                growth = 2.0;
-                if gained < settled * squares {
-                    out.converged = true;
-                    break 'steps;
-                }
-                break;
-            }
-            if predicted.abs() < settled * squares || fit.is_stopped() {
-                out.converged = !fit.is_stopped();
-                break 'steps;
-            }
-            damping = (damping * growth).max(1e-6);
-            growth *= 2.0;
-            if damping > 1e10 {
-                out.converged = true;
-                break 'steps;
-            }
-        }
-    }
+    let mut fit = Fit::new(pieces, structure, (common, states), until);
+    let converged = fit.descend();
+    let Place { common, states, misfit, .. } = fit.here;
     let squares = misfit.iter().zip(pieces).map(|(m, piece)| m * piece.noise_rad.powi(2));
-    out.squares = squares.collect();
-    out
-}
-
-/// A piece's sum of squares over the noise as a quadratic of the free shared parameters, its state
-/// eliminated.
-pub(crate) struct Quadratic {
-    pub(crate) matrix: DMatrix<f64>,
-    /// Half the slope.
-    pub(crate) gradient: DVector<f64>,
-    pub(crate) squares: f64,
+    PieceFit {
+        structure: structure.clone(),
+        layout: fit.problem.layout,
+        squares: squares.collect(),
+        common,
+        states,
+        converged,
+    }
 }
 
 /// The quadratics of all pieces at `common`; which of the shared parameters are free; and the bounds of all.
@@ -328,16 +279,10 @@ pub(crate) fn quadratics(
     common: &[f64],
     states: &[[f64; 2]],
 ) -> Option<Quadratics> {
-    let fit = Fit::new(pieces, structure, common);
-    let n = fit.free.len();
-    let each = |s: &Sums| {
-        let (matrix, gradient) = fit.reduced(std::slice::from_ref(s), 0.0);
-        let of_state = s.gradient.rows(n, 2);
-        let gained = (of_state.transpose() * inverse_of_state(s, n, 0.0) * of_state)[(0, 0)];
-        Quadratic { matrix, gradient, squares: s.squares - gained }
-    };
-    let all = fit.sums(common, states)?.iter().map(each).collect();
-    Some((all, fit.free, fit.bounds))
+    let fit = Fit::new(pieces, structure, (common, states), FINE);
+    let all = fit.sums(&fit.here)?.0.iter().map(Block::quadratic).collect();
+    let bounds = (0..common.len()).map(|j| fit.bounds(j)).collect();
+    Some((all, fit.free, bounds))
 }
 
 /// Fits to `pieces` from common numbers alone: the states from the record's own beginnings.
@@ -345,23 +290,8 @@ pub(crate) fn fit_from(
     pieces: &Pieces,
     structure: &Structure,
     common: &[f64],
-    settled: f64,
-) -> PieceFit {
-    begun(pieces, structure, common, settled, STEPS)
-}
-
-/// As [`fit_from`], the first steps, which tell what is worth going on with.
-pub(crate) fn fit_towards(pieces: &Pieces, structure: &Structure, common: &[f64]) -> PieceFit {
-    begun(pieces, structure, common, ROUGH, FIRST_STEPS)
-}
-
-fn begun(
-    pieces: &Pieces,
-    structure: &Structure,
-    common: &[f64],
-    settled: f64,
-    steps: usize,
+    until: Until,
 ) -> PieceFit {
     let all: Vec<&Piece> = pieces.decays.iter().collect();
-    fit_pieces(&all, structure, common, &pieces.states(structure, common), settled, steps)
+    fit_pieces(&all, structure, common, &pieces.states(structure, common), until)
 }

@@ -6,6 +6,13 @@ use crate::motion::oscillator::Motion;
 
 /// wn, zeta, yaw angle and yaw rate at the first instant.
 pub(crate) const PLAIN: usize = 4;
+/// Where each number is among those of a release: natural frequency and damping ratio; angle and rate at the
+/// first instant; the sensor's zero, where it is unknown.
+pub(crate) const WN: usize = 0;
+pub(crate) const ZETA: usize = 1;
+pub(crate) const YAW: usize = 2;
+pub(crate) const RATE: usize = 3;
+pub(crate) const ZERO: usize = PLAIN;
 
 /// A number that a limit can be set on. Those of an effect are counted as the fit varies them.
 #[derive(Clone, Debug, PartialEq)]
@@ -119,13 +126,13 @@ impl Structure {
         let mut bounds = vec![(0.2 * wn, 5.0 * wn), (-0.5, 0.7)];
         bounds.resize(self.own_numbers(), (f64::NEG_INFINITY, f64::INFINITY));
         for (effect, at) in self.places() {
-            bounds.extend(effect.bounds(&start[at..], start[0]));
+            bounds.extend(effect.bounds(&start[at..], start[WN]));
         }
         for limit in &self.limits {
             let place = match &limit.number {
-                Number::NaturalFrequency => Some(0),
-                Number::DampingRatio => Some(1),
-                Number::SensorZero => self.zero_unknown.then_some(PLAIN),
+                Number::NaturalFrequency => Some(WN),
+                Number::DampingRatio => Some(ZETA),
+                Number::SensorZero => self.zero_unknown.then_some(ZERO),
                 Number::Of(effect, number) => self.place(effect).map(|at| at + number),
             };
             let Some(bound) = place.map(|at| &mut bounds[at]) else { continue };
@@ -161,21 +168,21 @@ impl Structure {
         terms.observed = around.observed;
         terms.precise = self.precise;
         terms.swift = self.swift;
-        let mut zero = if self.zero_unknown { p[PLAIN] } else { 0.0 };
+        let mut zero = if self.zero_unknown { p[ZERO] } else { 0.0 };
         for (effect, at) in self.places() {
             match self.about_rest && effect.moves_rest() {
                 true => {
                     let moment = effect.in_wind(&p[at..], around.wind_speed_m_s);
-                    zero += moment.map_or(0.0, |p_in_wind| p_in_wind[0]) / p[0].powi(2);
+                    zero += moment.map_or(0.0, |p_in_wind| p_in_wind[0]) / p[WN].powi(2);
                 }
                 false => effect.write(&p[at..], &mut terms),
             }
         }
         let motion = Motion {
-            natural_frequency_rad_s: p[0],
-            damping_ratio: p[1],
-            yaw_rad: p[2],
-            rate_rad_s: p[3],
+            natural_frequency_rad_s: p[WN],
+            damping_ratio: p[ZETA],
+            yaw_rad: p[YAW],
+            rate_rad_s: p[RATE],
             terms,
         };
         (motion, zero)

@@ -14,7 +14,7 @@ use crate::discrepancy::ABOVE_NOISE;
 use crate::effects::{Acts, Effect};
 use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::free_decay::{FreeDecay, BEGINNING};
-use crate::fit::segments::{fit_from, fit_towards, PieceFit, ROUGH, SETTLED};
+use crate::fit::segments::{fit_from, PieceFit, FIRST, ROUGH, SETTLED};
 use crate::fit::starts;
 
 /// What no law of angle and rate holds.
@@ -110,7 +110,7 @@ fn fitted(
     }
     let (law, plain) = (&found.fit.common, &found.plain.common);
     let begun = |common: &[f64]| {
-        let fit = fit_towards(&lengths.long, &structure.with(effect), common);
+        let fit = fit_from(&lengths.long, &structure.with(effect), common, FIRST);
         BesideFit { effect: effect.clone(), fit, law: law.len() }
     };
     let from = |start: &Vec<f64>| {

@@ -15,7 +15,8 @@ use crate::fit::at_amplitude::{at_amplitudes, AtAmplitude};
 use crate::fit::fitting::{refitted, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::pieces::{Piece, Pieces};
-use crate::fit::segments::{fit_from, fit_pieces, PieceFit, FINE, ROUGH};
+use crate::fit::segments::{fit_from, fit_pieces, PieceFit, Until, FINE, ROUGH};
+use crate::fit::structure::{WN, ZETA};
 use crate::motion::oscillator::Motion;
 use crate::quantity::Quantity;
 use nalgebra::DMatrix;
@@ -124,7 +125,7 @@ pub fn measure(
         held_out_over_noise: prediction.rms_rad() / decay.noise_rad,
         plain_residual_over_noise: over_noise(&lengths.long, &plain),
         plain_held_out_over_noise: plain_prediction.rms_rad() / decay.noise_rad,
-        modal: releases.modal(&fit.common),
+        modal: releases.modal(&fit),
         law: Arc::new(law),
         prediction,
         residual_over_noise,
@@ -147,10 +148,9 @@ pub(super) fn over_noise(pieces: &Pieces, fit: &PieceFit) -> f64 {
 /// `structure`, which holds a measured law, fitted to the whole of `decay` from numbers in the order of
 /// [`Fitted::parameters`].
 pub fn fit_whole(decay: &FreeDecay, structure: &Structure, start: &[f64]) -> Fitted {
-    let mut common = start[..2].to_vec();
-    common.extend(&start[4..]);
-    let states = [[start[2], start[3]]];
-    let direct = fit_pieces(&[&Piece::whole(decay)], structure, &common, &states, FINE, 60);
+    let piece = Piece::whole(decay);
+    let (common, states) = Piece::layout(&[&piece], structure).parted(start);
+    let direct = fit_pieces(&[&piece], structure, &common, &states, Until { steps: 60, ..FINE });
     let lengths = Lengths::of(decay);
     let long = fit_from(&lengths.long, structure, &common, ROUGH);
     // A phase that is lost over the whole record shows in pieces with states of their own.
@@ -175,26 +175,26 @@ impl Measured {
 
     /// Of the linear part, at rest, rad/s.
     pub fn natural_frequency_rad_s(&self) -> Quantity {
-        Quantity::new(self.fit.common[0], self.covariance[(0, 0)].max(0.0).sqrt())
+        Quantity::new(self.fit.common[WN], self.covariance[(WN, WN)].max(0.0).sqrt())
             .on_clock(self.rate_u, -1.0)
     }
 
     /// Of the linear part, beside a dissipation without a line.
     pub fn damping_ratio(&self) -> Quantity {
-        Quantity::new(self.fit.common[1], self.covariance[(1, 1)].max(0.0).sqrt())
+        Quantity::new(self.fit.common[ZETA], self.covariance[(ZETA, ZETA)].max(0.0).sqrt())
     }
 
     /// Of the release from the largest angle without a law: what takes the place of the law's dissipation is
     /// in it.
     pub fn plain_damping_ratio(&self) -> f64 {
-        self.plain.common[1]
+        self.plain.common[ZETA]
     }
 
     /// Natural frequency and damping ratio of `decay`, the release with the largest angle, under the law.
     pub fn at_amplitude(&self, decay: &FreeDecay) -> Vec<AtAmplitude> {
-        let (structure, own) = (&self.fit.structure, self.fit.own[0]);
+        let (structure, layout) = (&self.fit.structure, &self.fit.layout);
         let numbers = self.fit.numbers(0);
-        let place: Vec<_> = (0..numbers.len()).map(|j| own.place(j, structure)).collect();
+        let place: Vec<_> = (0..numbers.len()).map(|j| layout.shared_of(0, j)).collect();
         let covariance = DMatrix::from_fn(numbers.len(), numbers.len(), |a, b| {
             place[a].zip(place[b]).map_or(0.0, |(a, b)| self.covariance[(a, b)])
         });
@@ -211,11 +211,12 @@ impl Measured {
 
     /// Numbers of all effects as the fit varies them, one after the other; the law's are last.
     pub fn effect_numbers(&self) -> &[f64] {
-        &self.fit.common[self.fit.structure.own_numbers() - 2 + self.fit.more()..]
+        self.fit.of_effects()
     }
 
     /// Where the model comes to rest, on the sensor, rad.
     pub fn rest_rad(&self) -> f64 {
-        self.fit.common[2]
+        let zero = self.fit.layout.zero(0, &self.fit.structure);
+        zero.map_or(0.0, |at| self.fit.common[at])
     }
 }

@@ -12,6 +12,7 @@ use crate::diagnosis::over_pieces::Lengths;
 use crate::effects::{Effect, Line, Part};
 use crate::fit::fitting::Structure;
 use crate::fit::segments::{fit_from, ROUGH};
+use crate::fit::structure::{WN, ZETA};
 use std::sync::Arc;
 
 /// Share by which a law has to predict better than one with fewer curves, or a formula than a simpler one.
@@ -25,7 +26,7 @@ pub(super) fn line(lengths: &Lengths, plain: &Structure, found: &Tables) -> Opti
     if !law.parts.iter().any(is_damping) {
         return None;
     }
-    let wn_rad_s = found.common[0];
+    let wn_rad_s = found.common[WN];
     let damping = found.damping();
     let mut near = Target::new(&damping, wn_rad_s).nearest(false, true);
     let least = near.iter().map(|n| n.misfit).fold(f64::INFINITY, f64::min);
@@ -48,7 +49,7 @@ pub(super) fn line(lengths: &Lengths, plain: &Structure, found: &Tables) -> Opti
         common.extend(&near.values);
         let short = fit_from(&lengths.short, &structure, &common, ROUGH);
         let fit = fit_from(&lengths.long, &structure, &short.common, ROUGH);
-        Some((near.formula.parameters().count(), fit.sum(), fit.common[1]))
+        Some((near.formula.parameters().count(), fit.sum(), fit.common[ZETA]))
     };
     let all: Vec<(usize, f64, f64)> = near.iter().map_at_once(fitted).flatten().collect();
     let least = all.iter().map(|(_, sum, _)| *sum).fold(f64::INFINITY, f64::min);
@@ -56,7 +57,7 @@ pub(super) fn line(lengths: &Lengths, plain: &Structure, found: &Tables) -> Opti
     let (_, _, zeta) = as_well.min_by_key(|(count, _, _)| *count)?;
     // What the curve is without that line has none.
     let knots = law.knots[Part::Damping as usize];
-    let more = 2.0 * wn_rad_s * (found.common[1] - zeta);
+    let more = 2.0 * wn_rad_s * (found.common[ZETA] - zeta);
     let rates = knots.map(|x| x * law.rate_rad_s);
     let left = rates.map(|r| found.dissipation(r) + more * r);
     let dot = |a: &Line, b: &Line| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();

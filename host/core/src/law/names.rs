@@ -15,7 +15,8 @@ use crate::discrepancy::ABOVE_NOISE;
 use crate::effects::{Effect, Part};
 use crate::error::Result;
 use crate::fit::fitting::Fitted;
-use crate::fit::segments::{fit_from, fit_towards, PieceFit, ROUGH, SETTLED};
+use crate::fit::segments::{fit_from, PieceFit, FIRST, ROUGH, SETTLED};
+use crate::fit::structure::WN;
 use crate::quantity::Quantity;
 use std::sync::Arc;
 
@@ -67,7 +68,7 @@ fn joined(stiffness: &OnCurve, damping: &OnCurve) -> OnCurve {
 /// Interrupted.
 pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
     let stop = &releases.first().stop;
-    let wn = found.fit.common[0];
+    let wn = found.fit.common[WN];
     let all = nearest(releases, found)?;
     let lengths = releases.lengths();
     let reach = (found.law.yaw_rad, found.law.rate_rad_s);
@@ -139,7 +140,7 @@ pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
 /// Formulas whose curves are nearest to the measured ones: for both parts, and for one where the other is
 /// little.
 fn nearest(releases: &Releases, found: &Measured) -> Result<Vec<OnCurve>> {
-    let wn = found.fit.common[0];
+    let wn = found.fit.common[WN];
     let of_angle = releases.first().measurand.is_of_angle();
     let of = |is_there: bool, curve: Vec<Point>, is_stiffness: bool| match is_there {
         true => Target::new(&curve, wn).nearest(is_stiffness, of_angle),
@@ -218,7 +219,7 @@ impl Trial<'_> {
                 common.extend(*numbers);
             }
             let short = fit_from(&lengths.short, &structure, &common, ROUGH);
-            fit_towards(&lengths.long, &structure, &short.common)
+            fit_from(&lengths.long, &structure, &short.common, FIRST)
         };
         let predicted = |begun: &PieceFit| {
             let fit = fit_from(&lengths.long, &begun.structure, &begun.common, SETTLED);

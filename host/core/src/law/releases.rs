@@ -5,8 +5,9 @@ use crate::error::Result;
 use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::free_decay::{FreeDecay, BEGINNING};
 use crate::fit::joint::{self, Release, Sharing};
-use crate::fit::pieces::Own;
+use crate::fit::layout::Layout;
 use crate::fit::segments::PieceFit;
+use crate::fit::structure::{WN, ZETA};
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 
@@ -57,51 +58,38 @@ impl<'a> Releases<'a> {
         }
     }
 
-    /// How many natural frequencies there are.
-    fn modals(&self) -> usize {
-        self.modal.iter().max().map_or(1, |most| most + 1)
-    }
-
-    /// Where the `i`th release has its own numbers.
-    fn own(&self, i: usize) -> Own {
-        let (modals, releases) = (self.modals(), self.decays.len());
-        let begin = Own::ALONE.rest + 1;
-        let rests = begin + 2 * (modals - 1);
-        Own {
-            modal: self.modal[i].checked_sub(1).map_or(Own::ALONE.modal, |k| begin + 2 * k),
-            rest: i.checked_sub(1).map_or(Own::ALONE.rest, |k| rests + k),
-            more: 2 * (modals - 1) + releases - 1,
-        }
-    }
-
     pub(crate) fn lengths(&self) -> Lengths {
-        let each: Vec<(&FreeDecay, Own)> =
-            self.decays.iter().enumerate().map(|(i, decay)| (&**decay, self.own(i))).collect();
-        Lengths::of_all(&each)
+        let each: Vec<&FreeDecay> = self.decays.iter().map(|decay| &**decay).collect();
+        Lengths::of_all(&each, &self.modal)
+    }
+
+    /// Where the numbers of `structure` are, each release being a block.
+    fn layout(&self, structure: &Structure) -> Layout {
+        Layout::of_pieces(structure, &self.modal, (0..self.decays.len()).collect())
     }
 
     /// The second-order response of each, taking energy out where all do, and the numbers from which its fit
     /// begins.
     pub(crate) fn plain_start(&self) -> (Structure, Vec<f64>) {
         let each: Vec<(Structure, [f64; 3])> = self.decays.iter().map(|d| plain_start(d)).collect();
-        let own: Vec<Own> = (0..each.len()).map(|i| self.own(i)).collect();
-        let mut common = vec![0.0; Own::ALONE.rest + 1 + own[0].more];
+        let fewest = each.iter().min_by_key(|(structure, _)| structure.limits.len());
+        let structure = fewest.expect("a release").0.clone();
+        let layout = self.layout(&structure);
+        let mut common = vec![0.0; layout.shared_count()];
         // The larger release's wn and zeta where several have them in common.
-        for (own, (_, [wn_rad_s, zeta, rest_rad])) in own.iter().zip(&each).rev() {
-            (common[own.modal], common[own.modal + 1]) = (*wn_rad_s, *zeta);
-            common[own.rest] = *rest_rad;
+        for (i, (_, [wn_rad_s, zeta, rest_rad])) in each.iter().enumerate().rev() {
+            let at = layout.modal(i);
+            (common[at], common[at + 1]) = (*wn_rad_s, *zeta);
+            common[layout.zero(i, &structure).expect("a rest angle")] = *rest_rad;
         }
-        let fewest = each.into_iter().map(|(structure, _)| structure);
-        let structure = fewest.min_by_key(|s| s.limits.len()).expect("a release");
         (structure, common)
     }
 
     /// wn (rad/s) and zeta of each release, in the order given.
-    pub(super) fn modal(&self, common: &[f64]) -> Vec<[f64; 2]> {
+    pub(super) fn modal(&self, fit: &PieceFit) -> Vec<[f64; 2]> {
         let mut out = vec![[0.0; 2]; self.given.len()];
-        for (i, &given) in self.given.iter().enumerate() {
-            let at = self.own(i).modal;
-            out[given] = [common[at], common[at + 1]];
+        for (&given, numbers) in self.given.iter().zip(self.begins(fit)) {
+            out[given] = [numbers[WN], numbers[ZETA]];
         }
         out
     }
@@ -110,7 +98,8 @@ impl<'a> Releases<'a> {
     /// one grow.
     pub(super) fn damped(&self, common: &[f64], more_per_s: f64) -> Option<Vec<f64>> {
         let mut out = common.to_vec();
-        let modals: BTreeSet<usize> = (0..self.decays.len()).map(|i| self.own(i).modal).collect();
+        let layout = self.layout(&Structure::default());
+        let modals: BTreeSet<usize> = (0..self.decays.len()).map(|i| layout.modal(i)).collect();
         for at in modals {
             out[at + 1] += more_per_s / (2.0 * out[at]);
             if out[at + 1] < 0.0 && common[at + 1] >= 0.0 {
@@ -129,8 +118,7 @@ impl<'a> Releases<'a> {
 
     /// The same, from the release with the largest angle on.
     fn begins(&self, fit: &PieceFit) -> Vec<Vec<f64>> {
-        let first = |i: usize| fit.own.iter().position(|own| *own == self.own(i));
-        let of = |i: usize| fit.numbers(first(i).expect("a piece of each release"));
+        let of = |i: usize| fit.numbers(fit.layout.block_of(i).expect("a piece of each release"));
         (0..self.decays.len()).map(of).collect()
     }
 

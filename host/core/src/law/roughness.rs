@@ -7,9 +7,10 @@
 use crate::diagnosis::prediction::BETTER;
 use crate::effects::{Effect, MeasuredLaw, Part, KNOTS};
 use crate::fit::pieces::{Piece, Pieces};
-use crate::fit::segments::{quadratics, PieceFit, Quadratic};
+use crate::fit::segments::{quadratics, PieceFit};
 use crate::motion::simulate::Motion;
 use crate::quantity::CHANCE;
+use crate::solver::blocks::Quadratic;
 use crate::solver::step_within;
 use crate::statistics::{correlation, independent_share};
 use crate::stop::Stop;

@@ -1,6 +1,7 @@
 //! A measured law as tables, with its uncertainty.
 
 use crate::effects::MeasuredLaw;
+use crate::fit::structure::{WN, ZETA};
 use crate::quantity::Quantity;
 use nalgebra::{DMatrix, DVector};
 
@@ -53,17 +54,17 @@ impl Tables<'_> {
     /// K(b) over the yaw angles reached, rad from the rest: what the whole restoring moment is beyond wn^2 b,
     /// whose line is taken as it is. The uncertainty is that of the whole.
     pub fn stiffness(&self) -> Vec<Point> {
-        beyond(self.total_stiffness(), self.common[0] * self.common[0])
+        beyond(self.total_stiffness(), self.common[WN] * self.common[WN])
     }
 
     /// D(r) over the yaw rates reached, rad/s: beyond 2 zeta wn r, alike.
     pub fn damping(&self) -> Vec<Point> {
-        beyond(self.total_damping(), 2.0 * self.common[1] * self.common[0])
+        beyond(self.total_damping(), 2.0 * self.common[ZETA] * self.common[WN])
     }
 
     /// wn^2 b + K(b): the whole restoring moment.
     pub fn total_stiffness(&self) -> Vec<Point> {
-        let wn = self.common[0];
+        let wn = self.common[WN];
         // Linear about the fit: half of d(wn^2 b)/d wn times wn.
         let points = self.table(self.law.yaw_rad, |b| {
             let mut row = self.widened(&self.law.rows(b, 0.0)[0]);
@@ -75,7 +76,7 @@ impl Tables<'_> {
 
     /// 2 zeta wn r + D(r): the whole dissipation.
     pub fn total_damping(&self) -> Vec<Point> {
-        let (wn, zeta) = (self.common[0], self.common[1]);
+        let (wn, zeta) = (self.common[WN], self.common[ZETA]);
         let points = self.table(self.law.rate_rad_s, |r| {
             let mut row = self.widened(&self.law.rows(0.0, r)[1]);
             (row[0], row[1]) = (2.0 * zeta * r, 2.0 * wn * r);

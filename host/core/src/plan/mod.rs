@@ -27,6 +27,7 @@ use crate::at_once::AtOnce;
 use crate::bic::MARGIN;
 use crate::error::Result;
 use crate::fit::free_decay::{FreeDecay, MEANS_PER_CYCLE};
+use crate::fit::structure::WN;
 use crate::motion::simulate::Grid;
 use possible::numbers;
 use serde::Serialize;
@@ -110,7 +111,7 @@ fn simulated(rival: &Rival, like: &FreeDecay, release: &Possible, level: f64) ->
     let fit = &rival.fit.fits[release.like];
     let mut model = fit.clone();
     model.parameters = numbers(rival, release);
-    let wn = model.parameters[0];
+    let wn = model.parameters[WN];
     let sample_s = like.grid.step_s / like.block as f64;
     let block = (TAU / wn / MEANS_PER_CYCLE / sample_s).floor().max(1.0);
     let step_s = block * sample_s;

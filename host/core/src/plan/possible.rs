@@ -2,6 +2,7 @@
 
 use crate::effects::{Effect, MeasuredLaw};
 use crate::fit::joint::JointFit;
+use crate::fit::structure::YAW;
 use serde::{Deserialize, Serialize};
 use yawrig_shared::axis::Axis;
 
@@ -80,7 +81,7 @@ pub(super) fn numbers(rival: &Rival, release: &Possible) -> Vec<f64> {
         p[0] *= ratio;
         p[1] /= ratio;
     }
-    p[2] = release.amplitude_deg.to_radians().copysign(p[2]);
+    p[YAW] = release.amplitude_deg.to_radians().copysign(p[YAW]);
     p[3] = 0.0;
     p
 }

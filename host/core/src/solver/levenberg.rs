@@ -1,6 +1,7 @@
-//! Levenberg-Marquardt with Nielsen's damping, bounds by projection.
+//! Levenberg-Marquardt, bounds by projection.
 
-use super::{Ended, Fit, Normal, Problem};
+use super::descent::{descend, Attempt, Damping, Descent, Ended};
+use super::{Fit, Normal, Problem};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// When to stop.
@@ -23,39 +24,101 @@ impl Default for Options {
     }
 }
 
-/// Nielsen's damping of the steps.
-struct Damping {
-    value: f64,
-    growth: f64,
+/// Where a fit stands: what its parameters are to each other there.
+struct Local {
+    free: Vec<usize>,
+    /// J'J and J'r of the free parameters.
+    a: DMatrix<f64>,
+    g: DVector<f64>,
+    variance: f64,
 }
 
-impl Damping {
-    /// After a step that gained, of which it kept this share of what it promised.
-    fn lower(&mut self, kept: f64) {
-        self.value *= (1.0 - (2.0 * kept - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0);
-        self.value = self.value.max(1e-15);
-        self.growth = 2.0;
+/// A fit on its way.
+struct Levenberg<'a, P> {
+    problem: &'a P,
+    options: &'a Options,
+    p: Vec<f64>,
+    here: Normal,
+    local: Local,
+    /// The largest column norms seen: the scaling of the damping, so that units do not matter.
+    scale: Vec<f64>,
+    trial: Vec<f64>,
+    there: Normal,
+    evaluations: usize,
+}
+
+impl<P: Problem> Descent for Levenberg<'_, P> {
+    fn arrived(&mut self) -> Option<Ended> {
+        if !self.here.is_finite() {
+            return Some(Ended::NotFinite);
+        }
+        let (jtj, jtr) = (self.here.matrix(), self.here.gradient());
+        let free = free_parameters(self.problem, &self.p, &jtr);
+        let residuals = self.here.residuals();
+        if residuals < free.len() || residuals == 0 {
+            return Some(Ended::TooFewResiduals);
+        }
+        for (i, scale) in self.scale.iter_mut().enumerate() {
+            *scale = scale.max(jtj[(i, i)]);
+        }
+        let variance = self.here.sum_of_squares() / (residuals - free.len()).max(1) as f64;
+        let a = jtj.select_rows(&free).select_columns(&free);
+        let g = jtr.select_rows(&free);
+        if g.amax() == 0.0 {
+            return Some(Ended::Converged);
+        }
+        // g'(J'J)^-1 g / s^2 is the squared distance to the minimum in standard errors.
+        let distance = Cholesky::new(a.clone()).map(|full| full.solve(&g).dot(&g));
+        self.local = Local { free, a, g, variance };
+        let near = self.options.tolerance.powi(2) * variance;
+        distance.is_some_and(|distance| distance <= near).then_some(Ended::Converged)
     }
 
-    /// After a step that did not.
-    fn raise(&mut self) {
-        self.value *= self.growth;
-        self.growth *= 2.0;
-    }
-
-    /// The step down `g`, where `a` is positive definite with this damping on its `scale`.
-    fn step(
-        &self,
-        a: &DMatrix<f64>,
-        g: &DVector<f64>,
-        scale: impl Iterator<Item = f64>,
-    ) -> Option<DVector<f64>> {
+    fn step(&mut self, damping: f64) -> Attempt {
+        if self.evaluations >= self.options.max_evaluations {
+            return Attempt::Ended(Ended::MaxEvaluations);
+        }
+        let Local { free, a, g, .. } = &self.local;
         let mut damped = a.clone();
-        for (k, scale) in scale.enumerate() {
-            damped[(k, k)] += self.value * scale.max(f64::MIN_POSITIVE);
+        for (k, &i) in free.iter().enumerate() {
+            damped[(k, k)] += damping * self.scale[i].max(f64::MIN_POSITIVE);
         }
         let step = Cholesky::new(damped).map(|c| -c.solve(g));
-        step.filter(|s| s.iter().all(|x| x.is_finite()))
+        let Some(step) = step.filter(|s| s.iter().all(|x| x.is_finite())) else {
+            return Attempt::Impossible;
+        };
+        self.trial.clone_from(&self.p);
+        for (k, &i) in free.iter().enumerate() {
+            self.trial[i] = clamp(self.problem, i, self.p[i] + step[k]);
+        }
+        let norm = |v: &dyn Fn(usize) -> f64| {
+            free.iter().map(|&i| self.scale[i] * v(i).powi(2)).sum::<f64>().sqrt()
+        };
+        let moved = |i: usize| self.trial[i] - self.p[i];
+        // Lost in rounding.
+        if norm(&moved) <= 1e-13 * norm(&|i| self.p[i]) {
+            return Attempt::Ended(Ended::SmallStep);
+        }
+        let taken = DVector::from_iterator(free.len(), free.iter().map(|&i| moved(i)));
+        Attempt::Promises(-(2.0 * g.dot(&taken) + taken.dot(&(a * &taken))))
+    }
+
+    fn gain(&mut self) -> Option<f64> {
+        self.there.clear();
+        self.problem.evaluate(&self.trial, &mut self.there);
+        self.evaluations += 1;
+        let gained = self.here.sum_of_squares() - self.there.sum_of_squares();
+        self.there.is_finite().then_some(gained)
+    }
+
+    fn is_last(&self, promised: f64, gained: Option<f64>) -> bool {
+        let accurate = promised <= self.options.accuracy * self.local.variance;
+        accurate && gained.is_some_and(|gained| gained < 0.5 * promised)
+    }
+
+    fn take(&mut self) {
+        std::mem::swap(&mut self.p, &mut self.trial);
+        std::mem::swap(&mut self.here, &mut self.there);
     }
 }
 
@@ -63,81 +126,23 @@ impl Damping {
 pub(crate) fn minimise(problem: &impl Problem, start: &[f64], options: &Options) -> Fit {
     let n = problem.parameters();
     assert_eq!(start.len(), n, "a start value for each parameter");
-    let mut p: Vec<f64> = (0..n).map(|i| clamp(problem, i, start[i])).collect();
+    let p: Vec<f64> = (0..n).map(|i| clamp(problem, i, start[i])).collect();
     let mut here = Normal::new(n);
-    let mut there = Normal::new(n);
     problem.evaluate(&p, &mut here);
-    let mut evaluations = 1;
-    let mut damping = Damping { value: options.damping, growth: 2.0 };
-    // The largest column norms seen: the scaling of the damping, so that units do not matter.
-    let mut scale = vec![0.0_f64; n];
-
-    let stop = 'fit: loop {
-        if !here.is_finite() {
-            break Ended::NotFinite;
-        }
-        let (jtj, jtr) = (here.matrix(), here.gradient());
-        let free = free_parameters(problem, &p, &jtr);
-        if here.residuals() < free.len() || here.residuals() == 0 {
-            break Ended::TooFewResiduals;
-        }
-        for i in 0..n {
-            scale[i] = scale[i].max(jtj[(i, i)]);
-        }
-        let variance = here.sum_of_squares() / (here.residuals() - free.len()).max(1) as f64;
-        let a = jtj.select_rows(&free).select_columns(&free);
-        let g = jtr.select_rows(&free);
-        if g.amax() == 0.0 {
-            break Ended::Converged;
-        }
-        // g'(J'J)^-1 g / s^2 is the squared distance to the minimum in standard errors.
-        let distance = Cholesky::new(a.clone()).map(|full| full.solve(&g).dot(&g));
-        if distance.is_some_and(|distance| distance <= options.tolerance.powi(2) * variance) {
-            break Ended::Converged;
-        }
-        loop {
-            if evaluations >= options.max_evaluations {
-                break 'fit Ended::MaxEvaluations;
-            }
-            if let Some(step) = damping.step(&a, &g, free.iter().map(|&i| scale[i])) {
-                let mut trial = p.clone();
-                for (k, &i) in free.iter().enumerate() {
-                    trial[i] = clamp(problem, i, p[i] + step[k]);
-                }
-                let norm = |v: &dyn Fn(usize) -> f64| {
-                    free.iter().map(|&i| scale[i] * v(i).powi(2)).sum::<f64>().sqrt()
-                };
-                // Lost in rounding.
-                if norm(&|i| trial[i] - p[i]) <= 1e-13 * norm(&|i| p[i]) {
-                    break 'fit Ended::SmallStep;
-                }
-                there.clear();
-                problem.evaluate(&trial, &mut there);
-                evaluations += 1;
-                let gained = here.sum_of_squares() - there.sum_of_squares();
-                let taken =
-                    DVector::from_iterator(free.len(), free.iter().map(|&i| trial[i] - p[i]));
-                let predicted = -(2.0 * g.dot(&taken) + taken.dot(&(&a * &taken)));
-                let last = predicted <= options.accuracy * variance && gained < 0.5 * predicted;
-                if there.is_finite() && gained > 0.0 {
-                    damping.lower(if predicted > 0.0 { gained / predicted } else { 1.0 });
-                    p = trial;
-                    std::mem::swap(&mut here, &mut there);
-                    if last {
-                        break 'fit Ended::Converged;
-                    }
-                    continue 'fit;
-                }
-                if last && there.is_finite() {
-                    break 'fit Ended::Converged;
-                }
-            }
-            damping.raise();
-            if damping.value > 1e16 {
-                break 'fit Ended::NoDescent;
-            }
-        }
+    let (a, g) = (DMatrix::zeros(0, 0), DVector::zeros(0));
+    let mut fit = Levenberg {
+        problem,
+        options,
+        trial: p.clone(),
+        p,
+        here,
+        there: Normal::new(n),
+        local: Local { free: Vec::new(), a, g, variance: 0.0 },
+        scale: vec![0.0; n],
+        evaluations: 1,
     };
+    let stop = descend(&mut fit, Damping::new(options.damping, [1e-15, 1e16]));
+    let Levenberg { p, here, evaluations, .. } = fit;
     finish(problem, p, &here, stop, evaluations)
 }
 

@@ -5,13 +5,16 @@
 //! Reference: K. Madsen, H. B. Nielsen, O. Tingleff, "Methods for non-linear least squares problems"
 //! (2004), with the column scaling of J. J. Moré (1978).
 
+pub(crate) mod blocks;
 #[cfg(test)]
 pub(crate) mod check;
+pub mod descent;
 mod levenberg;
 mod linear;
 mod normal;
 mod within;
 
+pub(crate) use descent::Ended;
 pub(crate) use levenberg::{minimise, Options};
 pub use linear::linear_fit;
 pub(crate) use normal::Normal;
@@ -43,30 +46,6 @@ pub(crate) trait Problem {
     /// Smallest and largest value parameter `index` may take.
     fn bounds(&self, _index: usize) -> (f64, f64) {
         (f64::NEG_INFINITY, f64::INFINITY)
-    }
-}
-
-/// Why a fit stopped.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Ended {
-    /// The minimum is nearer than the asked fraction of a standard error.
-    Converged,
-    /// The step is below the rounding of the parameters, as with data without noise.
-    SmallStep,
-    /// No damping gives a smaller sum of squares.
-    NoDescent,
-    /// The allowed evaluations are used up.
-    MaxEvaluations,
-    /// The start itself gives residuals that are not finite.
-    NotFinite,
-    /// No residuals, or fewer than free parameters.
-    TooFewResiduals,
-}
-
-impl Ended {
-    /// Whether the parameters can be taken for a minimum.
-    pub(crate) fn is_minimum(self) -> bool {
-        matches!(self, Ended::Converged | Ended::SmallStep | Ended::NoDescent)
     }
 }
 
