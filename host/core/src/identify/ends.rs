@@ -92,7 +92,8 @@ impl Search<'_> {
         let natural = Ending { to_s: natural_s, end, smooth_to_s: natural_s };
         // Two cycles clear of what made the amplitude change, continued to the end.
         let pushed = self.push(run).filter(|_| self.is_clear(run));
-        let stopped = self.stop(run).unwrap_or(run);
+        let slowed = self.stop(run);
+        let stopped = slowed.unwrap_or(run);
         let [within, amplitude] = self.fall(stopped, 0);
         let core_to = if let Some(pushed) = pushed {
             self.points[pushed].time_s - 0.75 * self.period
@@ -110,17 +111,18 @@ impl Search<'_> {
             return Ending { smooth_to_s, ..natural };
         }
         flags.push(Flag::StoppedEarly);
-        // What a hand takes is seen half a cycle after it has touched; a push at once.
-        let unseen_s = if pushed.is_some() { 0.0 } else { 0.5 * self.period };
+        // What slows a swing is seen half a cycle after it has touched; what catches it, and a push, at once.
+        let unseen_s = if pushed.is_none() && slowed.is_some() { 0.5 * self.period } else { 0.0 };
         Ending { to_s: smooth_to_s - unseen_s, end: End::Stopped, smooth_to_s }
     }
 
     /// `run` up to where a hand took the most of its amplitude within a cycle, if it swings on with what is left.
+    /// What is caught has swung within a cycle for the last time.
     fn stop(&self, run: Run) -> Option<Run> {
         let amplitude = |i: usize| self.points[i].amplitude_deg;
         let first = self.largest(run.first, run.last);
         let [cycle, before] = [1, 1 + SWUNG].map(|cycles| cycles * POINTS_PER_CYCLE);
-        let clear = (first + before..run.last)
+        let clear = (first + before..run.last.saturating_sub(cycle))
             .take_while(|i| amplitude(i - cycle) > CLEAR_SWING * self.noise);
         let is_stopped = |stopped: &Run| {
             let [within, left] = self.fall(*stopped, 0);
