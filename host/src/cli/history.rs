@@ -65,7 +65,7 @@ impl History {
         }
         print_line(&text(&journal.steps))?;
         if edited {
-            let last = journal.steps.len();
+            let last = journal.last().map_or(0, |step| step.step);
             crate::say!(
                 "{} is not as step {last} left it: the next step keeps the edit in the journal first",
                 path.display(),

@@ -63,6 +63,12 @@ fn a_natural_frequency_of_zero_is_refused_and_the_journal_stays_readable() {
     std::fs::write(folder.join("model.journal.jsonl"), damaged).expect("room for it");
     let history = run(folder, "history --json").exits(0).says("model.journal.jsonl:1").json();
     assert_eq!(history["damaged"][0]["line"], 1);
+    let model = std::fs::read_to_string(folder.join("model.toml")).expect("a model");
+    std::fs::write(folder.join("model.toml"), format!("{model}\n")).expect("room for it");
+    let steps = history["steps"].as_array().expect("steps");
+    let last = &steps[steps.len() - 1]["step"];
+    assert_ne!(last, steps.len());
+    run(folder, "history").exits(0).says(&format!("is not as step {last} left it"));
     run(folder, "history --return 2").exits(0);
     run(folder, "history --return 1").exits(3).says("step 1 cannot be read").helps();
 }
