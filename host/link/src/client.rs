@@ -152,22 +152,25 @@ pub fn waited<F: Future>(future: F) -> F::Output {
     }
 }
 
-/// One end of the link.
-pub struct Client(Protocol<Port>);
+/// What a program asks and waits for: `T`, whose answers over a line of this machine are ready when they are asked for.
+pub struct Waited<T>(pub(crate) T);
 
-impl Deref for Client {
-    type Target = Protocol<Port>;
+impl<T> Deref for Waited<T> {
+    type Target = T;
 
-    fn deref(&self) -> &Self::Target {
+    fn deref(&self) -> &T {
         &self.0
     }
 }
 
-impl DerefMut for Client {
-    fn deref_mut(&mut self) -> &mut Self::Target {
+impl<T> DerefMut for Waited<T> {
+    fn deref_mut(&mut self) -> &mut T {
         &mut self.0
     }
 }
+
+/// One end of the link.
+pub type Client = Waited<Protocol<Port>>;
 
 impl Client {
     /// Opens a port and finds out who is there.

@@ -163,7 +163,7 @@ fn worse(
         yawrig_base::warn!("{what}");
         return Ok(());
     }
-    let mut help = format!("to add it all the same: {}", settings::name("keep"));
+    let mut help = format!("to add it all the same: {}", settings::given("keep", ""));
     let speeds = inner.model.wind_speeds();
     for (source, other) in others(effect, effect.source().kind(), &speeds) {
         // What cannot be fitted is no advice.

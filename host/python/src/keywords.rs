@@ -15,8 +15,9 @@ impl Spelling for Keywords {
     }
 
     fn given(&self, setting: &str, value: &str) -> String {
-        match setting {
-            "rate_hz" => format!("{setting}={value}"),
+        match (setting, value) {
+            ("rate_hz", _) => format!("{setting}={value}"),
+            (_, "") => format!("{setting}=True"),
             _ => format!("{setting}={value:?}"),
         }
     }

@@ -5,7 +5,7 @@ import * as drawn from "./drawn.js";
 import * as kept from "./kept.js";
 import * as plug from "./plug.js";
 import * as points from "./points.js";
-import { by, post, send } from "./talk.js";
+import { by, download, post, send } from "./talk.js";
 
 const NONE = "This browser has no Web Serial, so that no page can speak to a board: open this page by https in Chromium, Chrome or Edge on a computer, or follow the board with the program (yawrig monitor).";
 const CHOOSE = "Press Connect and choose the board's port. It is not reset, and nothing is written to it but the condition you set and the network you choose.";
@@ -149,12 +149,6 @@ function condition() {
     length_m: number("board-length"), frontal_area_m2: number("board-area"), inertia_kg_m2: number("board-inertia") };
 }
 
-function save() {
-  const address = URL.createObjectURL(new Blob([`${lines.join("\n")}\n`])), link = document.createElement("a");
-  Object.assign(link, { href: address, download: `${stem}.jsonl` }).click();
-  setTimeout(() => URL.revokeObjectURL(address), 10000);
-}
-
 /** @param {Failed} failed */
 export function build(failed) {
   fail = failed;
@@ -170,7 +164,7 @@ export function build(failed) {
     by("board-file").value = "";
     if (file) worker?.postMessage({ network: file.name, bytes: new Uint8Array(await file.arrayBuffer()) });
   };
-  by("board-save").onclick = save;
+  by("board-save").onclick = () => download(`${stem}.jsonl`, `${lines.join("\n")}\n`);
   by("live-close").onclick = toggle;
   addEventListener("beforeunload", (event) => { if (isOn() || lines.length && !isKept) event.preventDefault(); });
   show();

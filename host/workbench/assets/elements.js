@@ -36,3 +36,10 @@ export const digits = (x, n = 3) => (x === null || x === undefined || !isFinite(
 
 /** Three digits, but nothing needless behind large numbers. @param {number | null | undefined} x */
 export const ratio = (x) => (x === null || x === undefined ? "–" : x >= 100 ? x.toFixed(0) : x >= 10 ? x.toFixed(1) : x.toFixed(2));
+
+/** Hands a file to the user. @param {string} name @param {BlobPart} bytes */
+export function download(name, bytes) {
+  const address = URL.createObjectURL(new Blob([bytes]));
+  make("a", { href: address, download: name }).click();
+  setTimeout(() => URL.revokeObjectURL(address), 10000);
+}

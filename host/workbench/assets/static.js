@@ -1,18 +1,11 @@
 // What a page without a server adds: files that are chosen, the session as files, and what yawrig prints.
-import { by, get, make, post, send } from "./talk.js";
+import { by, download, get, make, post, send } from "./talk.js";
 import { file, isKept, onUnkept } from "./backend.js";
 import * as dropped from "./dropped.js";
 import { seen } from "./panels.js";
 import * as kept from "./kept.js";
 import * as phone from "./phone.js";
 import { page } from "./workbench.js";
-
-/** @param {string} name @param {BlobPart} bytes */
-function download(name, bytes) {
-  const address = URL.createObjectURL(new Blob([bytes]));
-  make("a", { href: address, download: name }).click();
-  setTimeout(() => URL.revokeObjectURL(address), 10000);
-}
 
 /** What can be saved: files that were written here, and what is made for it. */
 async function offer() {

@@ -92,7 +92,7 @@ impl Search<'_> {
         let natural = Ending { to_s: natural_s, end, smooth_to_s: natural_s };
         // Two cycles clear of what made the amplitude change, continued to the end.
         let pushed = self.push(run).filter(|_| self.is_clear(run));
-        let slowed = self.stop(run);
+        let slowed = if pushed.is_none() { self.stop(run) } else { None };
         let stopped = slowed.unwrap_or(run);
         let [within, amplitude] = self.fall(stopped, 0);
         let core_to = if let Some(pushed) = pushed {
@@ -112,7 +112,7 @@ impl Search<'_> {
         }
         flags.push(Flag::StoppedEarly);
         // What slows a swing is seen half a cycle after it has touched; what catches it, and a push, at once.
-        let unseen_s = if pushed.is_none() && slowed.is_some() { 0.5 * self.period } else { 0.0 };
+        let unseen_s = if slowed.is_some() { 0.5 * self.period } else { 0.0 };
         Ending { to_s: smooth_to_s - unseen_s, end: End::Stopped, smooth_to_s }
     }
 

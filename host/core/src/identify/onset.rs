@@ -17,7 +17,8 @@ const CORE_CYCLES: f64 = 2.0;
 const GUARD_CYCLES: f64 = 0.02;
 /// Cycles in which a rise by this ratio is a hand's or a push.
 const PUSHED_CYCLES: usize = 3;
-/// Shares of a hold's angle between which the first swing is timed.
+/// Shares of a hold's angle between which the first swing is timed: nearer to the hold noise makes much of a
+/// phase, further from it what the swing remembers has begun to pull.
 const LEAVES: [f64; 2] = [0.97, 0.4];
 /// Time that it may take over that of the mode that follows: a hand that carries half of the springs' moment
 /// makes it 1.4 times as long.
@@ -166,9 +167,11 @@ impl Search<'_> {
     /// pull with all they have from the start.
     fn let_go_before(&self, seen_s: f64, motion: &FreeMotion) -> Option<f64> {
         let amplitude_deg = motion.amplitude_deg(seen_s);
-        let halves = [0.5, 0.75, 1.0].map(|cycles| seen_s - cycles * self.period);
-        let hold = |to_s: &f64| Some((*to_s, self.hold_before(*to_s, amplitude_deg)?));
-        let (held_s, hold_deg) = halves.iter().find_map(hold)?;
+        let hold = |cycles| {
+            let to_s = seen_s - cycles * self.period;
+            Some((to_s, self.hold_before(to_s, amplitude_deg)?))
+        };
+        let (held_s, hold_deg) = [0.5, 0.75, 1.0].into_iter().find_map(hold)?;
         let rest_deg = motion.main().offset_deg;
         let size_deg = hold_deg - rest_deg;
         if size_deg.abs() < amplitude_deg.max(CLEAR_SWING * self.noise) {

@@ -2,8 +2,7 @@
 
 use super::item::Item;
 use crate::bench::Bench;
-use crate::client::{waited, Port};
-use std::ops::{Deref, DerefMut};
+use crate::client::{waited, Port, Waited};
 use std::time::Duration;
 use yawrig_base::error::Result;
 use yawrig_protocol::client::Client as Protocol;
@@ -32,21 +31,7 @@ impl Board for Bench {
 }
 
 /// A device that is followed.
-pub struct Session(Followed<Bench>);
-
-impl Deref for Session {
-    type Target = Followed<Bench>;
-
-    fn deref(&self) -> &Self::Target {
-        &self.0
-    }
-}
-
-impl DerefMut for Session {
-    fn deref_mut(&mut self) -> &mut Self::Target {
-        &mut self.0
-    }
-}
+pub type Session = Waited<Followed<Bench>>;
 
 impl Session {
     /// Follows a device from now on.
