@@ -26,6 +26,7 @@ function take(what) {
     clearInterval(timer);
     timer = undefined;
     board_end();
+    postMessage({ ended: true });
   }
 }
 

@@ -14,6 +14,8 @@ const AGAIN_MS = 1000;
 
 let /** @type {Worker | null} */ worker = null, /** @type {LiveState | null} */ state = null, said = /** @type {LogLine | null} */ (null);
 let told = () => {}, /** @type {Failed} */ fail = () => {}, isConnecting = false, stem = "", /** @type {string[]} */ lines = [], isKept = true, adding = Promise.resolve(), closing = Promise.resolve();
+// The worker's last news of a board that was let go may still be under way when it is.
+let isLetGo = true, ended = () => {};
 const isOn = () => !!state && state.is_followed;
 
 /** Calls `listener` when there is another verdict on the board. @param {() => void} listener */
@@ -58,20 +60,22 @@ function add({ release, text }) {
 
 /** @param {LiveNews} news */
 function take({ state: now, ...news }) {
-  state = now;
+  state = isLetGo ? { ...now, is_followed: false } : now;
   for (const line of drawn.take(news)) {
     points.heard(line);
     if (["release", "refined"].includes(line.event)) { said = line; told(); }
     if (["written", "refused"].includes(line.event)) say(line.text.replace("\n", "; "));
   }
-  if (!now.is_followed) end(now.fault);
+  if (!isLetGo && !now.is_followed) end(now.fault);
   show();
 }
 
 /** @param {Fault | null} fault */
 function end(fault) {
+  isLetGo = true;
+  const worker_ended = worker && new Promise((resolve) => { ended = () => resolve(undefined); });
   worker?.postMessage({ end: true });
-  closing = plug.close();
+  closing = Promise.all([plug.close(), worker_ended]).then(() => {});
   if (state) state.is_followed = false;
   isConnecting = false;
   say(fault ? `${fault.message}; ${fault.help}` : "");
@@ -81,17 +85,17 @@ function end(fault) {
 
 async function begun() {
   const now = new Worker("board-worker.js", { type: "module" });
-  now.onerror = () => { worker = null; end(GONE); };
+  now.onerror = () => { worker = null; ended(); end(GONE); };
   now.onmessage = ({ data }) => {
     if (now !== worker) return;
     if ("keep" in data) keep(data.keep);
+    else if ("ended" in data) ended();
     else if ("send" in data) plug.write(data.send);
     else if ("record" in data) add(data.record);
     else if ("fault" in data) {
-      if (data.is_broken) { now.terminate(); worker = null; end(data.fault); } else { say(`${data.fault.message}; ${data.fault.help}`); fail(data.fault); }
+      if (data.is_broken) { now.terminate(); worker = null; ended(); end(data.fault); } else { say(`${data.fault.message}; ${data.fault.help}`); fail(data.fault); }
     } else if (data.news.kind === "live") {
-      if (isConnecting) say("");
-      isConnecting = false;
+      if (isConnecting && !isLetGo) { say(""); isConnecting = false; }
       take(data.news);
     }
     else if (data.news.kind === "writing") say(`writing ${data.news.name}: ${Math.round(100 * data.news.share)} %`);
@@ -122,6 +126,7 @@ async function connect() {
     });
     if (name === null) return say("no port was chosen");
     isConnecting = true;
+    isLetGo = false;
     lines = []; said = null; state = null; isKept = true;
     stem = `board-${new Date().toISOString().slice(0, 19).replaceAll(":", "-")}Z`;
     drawn.forget();
@@ -132,7 +137,7 @@ async function connect() {
     if (!worker) await begun();
     keep({ schema_version: 1, event: "session", started: new Date().toISOString(), program: "yawrig in a browser", rate_hz: 1000 });
     worker?.postMessage({ begin: name });
-  } catch (error) { isConnecting = false; closing = plug.close(); say(""); fail(error); show(); }
+  } catch (error) { isConnecting = false; isLetGo = true; closing = plug.close(); say(""); fail(error); show(); }
 }
 
 /** The condition as it is asked for; what is no number is said. */
