@@ -133,7 +133,9 @@ interface Judged {
   verdict: string; effects: string[]; origin: Record<string, "mechanical" | "aerodynamic" | "undecided">;
   origin_reason: Record<string, string>; derivatives: { before: Point[]; after: Point[] } | null;
 }
-type Derivatives = { has_campaign: false } | { has_campaign: true; before: Point[] | null; after: Point[] | null; judged?: Judged };
+interface Critical { text: string; by: string; rows: [wind_speed_m_s: number, zeta: Quantity | null, limit_cycle_deg: Quantity | null][] }
+type Derivatives = { has_campaign: false }
+  | { has_campaign: true; before: Point[] | null; after: Point[] | null; critical_speed: Critical[]; judged?: Judged };
 
 // /api/campaign and below (campaign.rs), /api/drop, /api/as_read (dropped.rs), /api/preview (own.rs)
 
@@ -155,7 +157,7 @@ interface Channel { name: string; unit: string | null; numbers: number; wrong: s
 /** A file that has to be asked about. */
 interface Asked { file: string; is_clear: false; why: string; help: string; channels: Channel[] }
 interface OwnParameter { name: string; unit: string; start: string; min: string; max: string }
-interface OwnForm { id: string; title: string; moment: string; parameters: OwnParameter[] }
+interface OwnForm { id: string; title: string; moment: string; parameters: OwnParameter[]; states: { name: string; unit: string; rate: string; start: string }[] }
 interface OwnFault extends Fault { at: { field: string; column: number; width: number } | null }
 interface OwnLaw extends Cuts<number | null> { id: string; text: string; warnings: string }
 
@@ -232,7 +234,7 @@ interface Answers {
   "/api/state": State; "/api/candidates": Candidates; "/api/law": Law | null; "/api/derivatives": Derivatives;
   "/api/curves": Curves | { fault: Fault }; "/api/view": View | Pending | { fault: Fault };
   "/api/campaign": CampaignFolder; "/api/files": { files: string[] }; "/api/live": LiveHistory;
-  "/api/devices": { ports: { path: string; description: string }[] }; "/api/sessions": { sessions: StoredSession[] };
+  "/api/report": { html: string }; "/api/devices": { ports: { path: string; description: string }[] }; "/api/sessions": { sessions: StoredSession[] };
 }
 /** What is sent by POST, and the answer to it. */
 interface Posts {
@@ -246,7 +248,7 @@ interface Posts {
 
 /** What a verb prints, with and without --json. */
 interface Printed { text: string; sentence: string; json: object }
-interface Answers { "/api/printed": Printed; "/api/report": { html: string }; "/api/held": { files: { name: string; crc32: string }[] } }
+interface Answers { "/api/printed": Printed; "/api/held": { files: { name: string; crc32: string }[] } }
 type Close = { do: "close" };
 /** yawrig compiled to WebAssembly, as wasm-bindgen makes it. */
 declare module "*/yawrig.js" {
@@ -277,7 +279,7 @@ interface WebSerial extends EventTarget { requestPort(): Promise<WebPort> }
 
 // The page (index.html, server.html, static.html, live.html, board.html, drawn.html, panels.html, and what the scripts put there). `pure.test.js` holds the names against it.
 
-type ButtonId = "cancel-button" | "diagnose-button" | "fit-button" | "help-button" | "law-button" | "live-button" | "live-close"
+type ButtonId = "cancel-button" | "diagnose-button" | "fit-button" | "report-button" | "own-more-states" | "help-button" | "law-button" | "live-button" | "live-close"
   | "live-connect" | "live-mark" | "live-record" | "measure-back" | "measure-begin" | "measure-skip" | "open-button" | "replay-play"
   | "tab-derivatives" | "tab-effects" | "tab-own" | "together-button" | "uncut-button" | "own-try" | "own-add" | "own-save"
   | "board-save" | "board-set" | "board-write" | "close-button" | "folder-button" | "phone-button" | "save-button";

@@ -16,3 +16,4 @@ pub mod line;
 pub mod networks;
 pub mod process;
 mod program;
+pub mod swinging;

@@ -24,6 +24,18 @@ pub struct Form {
     pub moment: String,
     #[serde(default)]
     pub parameters: Vec<FormParameter>,
+    #[serde(default)]
+    pub states: Vec<FormState>,
+}
+
+/// What the moment remembers, and how it changes.
+#[derive(Clone, Debug, Default, Deserialize)]
+pub struct FormState {
+    pub name: String,
+    pub unit: String,
+    pub rate: String,
+    #[serde(default)]
+    pub start: String,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -66,7 +78,18 @@ impl Form {
         out.put("id = ", &self.id, true, "id".into());
         out.put("\ntitle = ", &self.title, true, "title".into());
         out.put("\nmoment = ", &self.moment, true, "moment".into());
-        out.text.push_str("   # rad/s2\n[parameters]\n");
+        out.text.push_str("   # rad/s2\n");
+        for (k, state) in self.states.iter().enumerate() {
+            let field = |name: &str| format!("states.{k}.{name}");
+            out.put("[[state]]\nname = ", &state.name, true, field("name"));
+            out.put("\nunit = ", &state.unit, true, field("unit"));
+            out.put("\nrate = ", &state.rate, true, field("rate"));
+            if !state.start.trim().is_empty() {
+                out.put("\nstart = ", &state.start, true, field("start"));
+            }
+            out.text.push('\n');
+        }
+        out.text.push_str("[parameters]\n");
         for (k, p) in self.parameters.iter().enumerate() {
             let field = |name: &str| format!("parameters.{k}.{name}");
             // What is no bare key in quotes, so that it is judged as a name.
@@ -153,7 +176,7 @@ impl Form {
 const POINTS: usize = 121;
 
 /// Errors under the character, or the moment along the two cuts of the phase plane, with each parameter at
-/// its start.
+/// its start; no points where it depends on what went before.
 pub fn preview(bench: &Bench, release: Option<usize>, form: &Form) -> Value {
     let effect = match form.checked() {
         Ok(effect) => effect,
@@ -174,7 +197,8 @@ pub fn preview(bench: &Bench, release: Option<usize>, form: &Form) -> Value {
     };
     let law = |most: f64, at: &dyn Fn(f64) -> (f64, f64)| {
         let mut out = (Vec::new(), Vec::new());
-        for k in 0..POINTS {
+        let points = if effect.states.is_empty() { POINTS } else { 0 };
+        for k in 0..points {
             let x = most * (2.0 * k as f64 / (POINTS - 1) as f64 - 1.0);
             let (yaw_rad, rate_rad_s) = at(x);
             let state = State {
@@ -231,7 +255,19 @@ mod tests {
                 min: "0".into(),
                 max: String::new(),
             }],
+            states: Vec::new(),
         }
+    }
+
+    /// A moment that follows the angle late.
+    fn late() -> Form {
+        let state = |rate: &str| FormState {
+            name: "z".into(),
+            unit: "rad".into(),
+            rate: rate.into(),
+            start: String::new(),
+        };
+        Form { states: vec![state("b - z")], ..form("-c * z") }
     }
 
     fn at(form: &Form) -> (String, u64, u64) {
@@ -247,6 +283,26 @@ mod tests {
         let effect = form("-c * tanh(r / 0.002)").checked().unwrap();
         assert_eq!((effect.id.as_str(), effect.starts[0]), ("mine", 0.05));
         assert_eq!(effect.title, "My \"own\" effect");
+    }
+
+    #[test]
+    fn a_form_with_a_state_is_an_effect_with_memory() {
+        let mut late = late();
+        late.parameters.push(FormParameter {
+            name: "T".into(),
+            unit: "s".into(),
+            start: "0.3".into(),
+            ..FormParameter::default()
+        });
+        // What rad a second is wanted for, where b - z is rad.
+        assert_eq!(at(&late), ("states.0.rate".into(), 0, 5));
+        late.states[0].rate = "(b - z) / T".into();
+        late.states[0].start = "0.5 * b".into();
+        let effect = late.checked().unwrap();
+        assert_eq!((effect.states.len(), effect.parameters.len()), (1, 2));
+        assert!(effect.text.contains("[[state]]\nname = \"z\"\nunit = \"rad\""), "{}", effect.text);
+        late.states[0].start = "q".into();
+        assert_eq!(at(&late), ("states.0.start".into(), 0, 1));
     }
 
     #[test]

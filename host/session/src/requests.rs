@@ -10,7 +10,7 @@ use std::path::Path;
 use yawrig_base::error::{Exit, Result};
 use yawrig_records::place::Times;
 use yawrig_records::Selection;
-use yawrig_report::channels;
+use yawrig_report::{channels, html, of_model, Made};
 
 /// Points of each curve where a page does not say how many it draws.
 const POINTS: usize = 800;
@@ -51,6 +51,17 @@ fn or_fault(drawn: Result<Value>) -> Result<Value> {
         }
         other => other,
     }
+}
+
+/// The page that `yawrig report` writes of the model.
+///
+/// # Errors
+/// Where there is no model yet, or a record of it cannot be read.
+pub fn report(bench: &Bench) -> Result<Value> {
+    let path = bench.session().model_path.clone();
+    let made = Made::now(format!("yawrig report {}", path.display()));
+    let html = html::page(&of_model(&path, made)?)?;
+    Ok(json!({ "html": html }))
 }
 
 /// Measurement, models and residuals of a stretch of time.

@@ -139,7 +139,16 @@ pub fn derivatives(bench: &Bench) -> Value {
     };
     let Some(campaign) = campaign else { return json!({"has_campaign": false}) };
     let (before, after) = super::derived::before_and_after(&campaign, &standing);
-    let mut out = json!({"has_campaign": true, "before": before, "after": after});
+    let critical = after.as_ref().or(before.as_ref()).and_then(|t| t.critical_speed.as_deref());
+    let critical = critical.into_iter().flatten().map(|critical| {
+        json!({"text": critical.sentence(), "by": critical.law(), "rows": critical.rows()})
+    });
+    let mut out = json!({
+        "has_campaign": true,
+        "before": before.as_ref().map(|t| &t.points),
+        "after": after.as_ref().map(|t| &t.points),
+        "critical_speed": critical.collect::<Vec<_>>(),
+    });
     if let Some(judged) = judged {
         out["judged"] = json!({
             "verdict": judged.verdict(SECOND_ORDER),

@@ -75,7 +75,7 @@ enum Act {
         #[arg(value_name = "campaign.toml")]
         campaign: PathBuf,
         /// Print one JSON object
-        #[arg(long)]
+        #[arg(short, long)]
         json: bool,
     },
 }
@@ -90,7 +90,7 @@ struct Init {
     #[arg(long, value_name = "PATTERN")]
     pattern: String,
     /// The file to write [default: campaign.toml in the folder]
-    #[arg(long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Overwrite what is there
     #[arg(long)]

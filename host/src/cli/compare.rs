@@ -40,7 +40,7 @@ pub struct Compare {
     #[command(flatten)]
     pub effects: EffectsArg,
     /// The model's file [default: model.toml where there is one]; several are compared with each other
-    #[arg(long, value_name = "MODEL")]
+    #[arg(short, long, value_name = "MODEL")]
     pub model: Vec<PathBuf>,
     /// Compare a second-order model even where there is a model.toml
     #[arg(long, conflicts_with = "model")]

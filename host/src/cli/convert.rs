@@ -27,7 +27,7 @@ pub struct Convert {
     #[arg(long)]
     force: bool,
     /// Print one JSON object
-    #[arg(long)]
+    #[arg(short, long)]
     json: bool,
 }
 

@@ -46,7 +46,7 @@ pub struct Demo {
     seed: u64,
     /// Folder for network, findings and report [default: yawrig-demo, or yawrig-demo-2 and so on where it is
     /// there]
-    #[arg(long, value_name = "FOLDER")]
+    #[arg(short, long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     /// Write nothing
     #[arg(long, conflicts_with_all = ["out", "hidden", "reveal"])]
@@ -64,7 +64,7 @@ pub struct Demo {
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["noise_deg", "wind", "seed", "hidden", "out", "force"])]
     reveal: Option<PathBuf>,
     /// Print one JSON object
-    #[arg(long)]
+    #[arg(short, long)]
     json: bool,
 }
 

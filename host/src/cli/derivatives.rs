@@ -41,7 +41,7 @@ pub struct Derivatives {
     #[arg(long, value_delimiter = ',', value_enum, default_value = "least-squares")]
     pub method: Vec<MethodChoice>,
     /// By a model that was fitted to the campaign, whose effects are then no part of the derivatives
-    #[arg(long, value_name = "MODEL", conflicts_with = "method")]
+    #[arg(short, long, value_name = "MODEL", conflicts_with = "method")]
     pub model: Option<PathBuf>,
     #[command(flatten)]
     pub analysis: AnalysisArgs,
@@ -54,7 +54,7 @@ pub struct Derivatives {
     #[arg(long, value_name = "KIND", value_enum, conflicts_with_all = ["csv", "json"])]
     pub table: Option<Typeset>,
     /// Print one JSON object; the tables of further methods under "others"
-    #[arg(long)]
+    #[arg(short, long)]
     pub json: bool,
 }
 

@@ -22,7 +22,7 @@ pub struct Device {
     #[command(flatten)]
     device: DeviceArg,
     /// Print one JSON object
-    #[arg(long, global = true)]
+    #[arg(short, long, global = true)]
     json: bool,
     #[command(subcommand)]
     change: Option<Change>,

@@ -9,7 +9,7 @@ use yawrig_link::image;
 pub struct DeviceArg {
     /// `emulated` (the firmware in this process), `qemu` (the ARM image on an emulated
     /// Cortex-M4F) or a serial port's path
-    #[arg(long, value_name = "DEVICE", default_value = "emulated", global = true)]
+    #[arg(short, long, value_name = "DEVICE", default_value = "emulated", global = true)]
     pub device: Target,
 }
 

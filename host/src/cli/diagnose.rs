@@ -61,7 +61,7 @@ pub struct Diagnose {
     #[arg(value_name = "FILE|campaign.toml")]
     pub files: Vec<PathBuf>,
     /// The model that is there already [default, without a FILE: model.toml]
-    #[arg(long, value_name = "MODEL")]
+    #[arg(short, long, value_name = "MODEL")]
     pub model: Option<PathBuf>,
     /// Several records: one natural frequency and one damping ratio for all
     #[arg(long)]
@@ -81,7 +81,7 @@ pub struct Diagnose {
     #[command(flatten)]
     pub roll: RollArgs,
     /// Where the formulas of a law that was measured are written, as files that `yawrig add` takes
-    #[arg(long, value_name = "FOLDER")]
+    #[arg(short, long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
     /// Print CSV, a row for each model that was gone through, units in the header
     #[arg(long, conflicts_with = "json")]

@@ -10,10 +10,10 @@ use yawrig_base::error::Result;
 #[derive(Args, Debug)]
 pub struct Doctor {
     /// The serial port to look at, and the device behind it; without it no port is opened
-    #[arg(long, value_name = "PORT")]
+    #[arg(short, long, value_name = "PORT")]
     device: Option<String>,
     /// Print one JSON object
-    #[arg(long)]
+    #[arg(short, long)]
     json: bool,
 }
 

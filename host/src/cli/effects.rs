@@ -79,7 +79,7 @@ pub struct Reject {
     #[command(flatten)]
     pub model: ModelArg,
     /// Print one JSON object
-    #[arg(long)]
+    #[arg(short, long)]
     pub json: bool,
 }
 
@@ -91,7 +91,7 @@ pub struct StepArgs {
     #[command(flatten)]
     pub model: ModelArg,
     /// Print one JSON object
-    #[arg(long)]
+    #[arg(short, long)]
     pub json: bool,
 }
 

@@ -26,7 +26,7 @@ pub struct Export {
     #[arg(long, value_enum)]
     pub to: ExportTo,
     /// The file to write, ending in .py, .m, .h or .csv
-    #[arg(long, value_name = "PATH")]
+    #[arg(short, long, value_name = "PATH")]
     pub out: PathBuf,
     /// Overwrite what is there
     #[arg(long)]

@@ -21,7 +21,7 @@ pub struct Flash {
     #[arg(long, value_name = "KEY")]
     sign: Option<PathBuf>,
     /// Print one JSON object
-    #[arg(long)]
+    #[arg(short, long)]
     json: bool,
 }
 

@@ -30,7 +30,7 @@ pub struct History {
     #[arg(long, conflicts_with = "json")]
     pub csv: bool,
     /// Print one JSON object
-    #[arg(long)]
+    #[arg(short, long)]
     pub json: bool,
 }
 

@@ -44,7 +44,7 @@ pub struct Identify {
     #[arg(long, value_name = "FILE.svg", conflicts_with_all = ["json", "csv", "jsonl", "out"])]
     pub plot: Option<PathBuf>,
     /// Print one JSON object
-    #[arg(long, conflicts_with_all = ["jsonl", "out"])]
+    #[arg(short, long, conflicts_with_all = ["jsonl", "out"])]
     pub json: bool,
     /// Print CSV, a row for each record and method, units in the header
     #[arg(long, conflicts_with_all = ["json", "jsonl", "out"])]
@@ -54,7 +54,7 @@ pub struct Identify {
     pub jsonl: bool,
     /// Append a line of JSON for each record to this file as it comes; files
     /// that have one are not done again, unless record, options or version have changed
-    #[arg(long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE")]
     pub out: Option<PathBuf>,
 }
 

@@ -48,10 +48,10 @@ pub struct Law {
     #[command(flatten)]
     pub roll: RollArgs,
     /// Where the named formulas are written, as files that `yawrig add` takes
-    #[arg(long, value_name = "FOLDER")]
+    #[arg(short, long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
     /// Print one JSON object
-    #[arg(long)]
+    #[arg(short, long)]
     pub json: bool,
 }
 

@@ -22,7 +22,7 @@ pub use yawrig_model::document::DEFAULT;
 #[derive(Args, Debug, Clone)]
 pub struct ModelArg {
     /// The model's file; its journal lies beside it
-    #[arg(long, value_name = "MODEL", default_value = DEFAULT)]
+    #[arg(short, long, value_name = "MODEL", default_value = DEFAULT)]
     pub model: PathBuf,
 }
 
@@ -33,7 +33,7 @@ pub struct JudgeArgs {
     #[arg(long)]
     pub unknown_zero: bool,
     /// Print one JSON object
-    #[arg(long)]
+    #[arg(short, long)]
     pub json: bool,
 }
 

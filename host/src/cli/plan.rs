@@ -35,7 +35,7 @@ pub struct Plan {
     #[arg(long, value_enum, default_value_t)]
     pub derivative: Derivative,
     /// Print one JSON object
-    #[arg(long)]
+    #[arg(short, long)]
     pub json: bool,
 }
 

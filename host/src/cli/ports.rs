@@ -8,7 +8,7 @@ use yawrig_link::port;
 #[derive(Args, Debug)]
 pub struct Ports {
     /// Print one JSON object
-    #[arg(long)]
+    #[arg(short, long)]
     json: bool,
 }
 

@@ -41,7 +41,7 @@ pub struct Replay {
     #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
     to_deg: f64,
     /// Print one JSON object, shaped like that of `identify`
-    #[arg(long)]
+    #[arg(short, long)]
     json: bool,
 }
 

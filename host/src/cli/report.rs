@@ -32,7 +32,7 @@ pub struct ReportArgs {
     #[arg(value_name = "FILE|FOLDER", required_unless_present = "data")]
     pub files: Vec<PathBuf>,
     /// Where the page goes
-    #[arg(long, value_name = "FILE", default_value = "report.html")]
+    #[arg(short, long, value_name = "FILE", default_value = "report.html")]
     pub out: PathBuf,
     /// Overwrite what is there
     #[arg(long)]
@@ -56,7 +56,7 @@ pub struct ReportArgs {
     #[arg(long)]
     pub unknown_zero: bool,
     /// Print the report's data as one JSON object
-    #[arg(long)]
+    #[arg(short, long)]
     pub json: bool,
     /// Print the data that a report holds, and write nothing
     #[arg(long, value_name = "REPORT.html", exclusive = true)]

@@ -30,6 +30,7 @@ use yawrig_shared::modal::Modal;
 pub struct Simulate {
     /// Where the record goes (CSV)
     #[arg(
+        short,
         long,
         value_name = "FILE",
         conflicts_with = "campaign",
@@ -104,7 +105,7 @@ pub struct Simulate {
     #[arg(long)]
     pub force: bool,
     /// Print one JSON object
-    #[arg(long)]
+    #[arg(short, long)]
     pub json: bool,
 }
 

@@ -17,10 +17,10 @@ pub struct StudyArgs {
     /// Which one, or `all`
     name: String,
     /// Folder to write the plots to, one SVG a study
-    #[arg(long, value_name = "DIR", default_value = ".")]
+    #[arg(short, long, value_name = "DIR", default_value = ".")]
     out: PathBuf,
     /// Print one JSON object
-    #[arg(long)]
+    #[arg(short, long)]
     json: bool,
     /// Few epochs and draws, to see that it runs
     #[arg(long, hide = true)]

@@ -38,7 +38,7 @@ pub struct Train {
     topology: Option<String>,
     /// Train on this model and its effects: what the device then reports is the natural frequency
     /// and damping ratio without them
-    #[arg(long, value_name = "MODEL")]
+    #[arg(short, long, value_name = "MODEL")]
     model: Option<PathBuf>,
     /// What the network says: natural_frequency,damping_ratio and up to two numbers of the model's
     /// effects, as coulomb_friction.c; each is trained on from half to one and a half of the
@@ -76,7 +76,7 @@ pub struct Train {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// File to write the network to [default: network.yrn]
-    #[arg(long)]
+    #[arg(short, long)]
     out: Option<PathBuf>,
     /// Go on with a training that was interrupted, from the file it has left; more `--epochs` may be
     /// given, and another `--out`
@@ -84,7 +84,7 @@ pub struct Train {
           "features", "samples", "noise", "natural_frequency", "damping", "records", "restarts", "seed", "model", "outputs"])]
     unfinished: Option<PathBuf>,
     /// Print one JSON object
-    #[arg(long)]
+    #[arg(short, long)]
     json: bool,
 }
 

@@ -31,7 +31,7 @@ pub struct TransferArgs {
     #[arg(long, conflicts_with = "table")]
     pub transfer: bool,
     /// Where the transfer function is drawn (transfer.svg) and its lag written as an effect (wake_lag.toml)
-    #[arg(long, value_name = "FOLDER", requires = "transfer")]
+    #[arg(short, long, value_name = "FOLDER", requires = "transfer")]
     pub out: Option<PathBuf>,
 }
 

@@ -21,7 +21,7 @@ pub struct Workbench {
     #[arg(value_name = "FILE")]
     pub files: Vec<PathBuf>,
     /// The model's file, made by the first step [default: the model.toml given, else model.toml]
-    #[arg(long, value_name = "MODEL")]
+    #[arg(short, long, value_name = "MODEL")]
     pub model: Option<PathBuf>,
     #[command(flatten)]
     pub effects: EffectsArg,
@@ -35,7 +35,7 @@ pub struct Workbench {
     #[arg(long, value_name = "ADDRESS")]
     pub allow_remote: Option<IpAddr>,
     /// Follow this device from the beginning: `emulated`, `qemu` or a serial port's path
-    #[arg(long, value_name = "DEVICE")]
+    #[arg(short, long, value_name = "DEVICE")]
     pub device: Option<String>,
     /// Open the page in the browser
     #[arg(long)]

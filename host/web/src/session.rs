@@ -10,7 +10,7 @@ use yawrig_base::disk;
 use yawrig_base::error::{Error, Result};
 use yawrig_model::document::DEFAULT;
 use yawrig_records::Selection;
-use yawrig_report::{channels, html, of_model, Made};
+use yawrig_report::channels;
 use yawrig_session::job::Job;
 use yawrig_session::requests::{self, Deed};
 use yawrig_session::steps::{make_view, run, without_view};
@@ -93,7 +93,7 @@ impl Session {
             "/api/held" => json!({ "files": files() }),
             "/api/kept" => json!({ "kept": Kept::of(&bench.session()), "files": files() }),
             "/api/printed" => return self.printed.of(bench, &read(asked)?),
-            "/api/report" => json!({ "html": report()? }),
+            "/api/report" => requests::report(bench)?,
             "/api/do" => self.act(read(asked)?)?,
             other => return Err(Error::internal(format!("{other} is not answered here"))),
         };
@@ -147,11 +147,6 @@ fn ready(bench: &Bench, asked: &Wanted) -> Value {
         make_view(bench, *id);
     }
     json!({ "release": next.first() })
-}
-
-/// The page that `yawrig report` writes of the model.
-fn report() -> Result<String> {
-    html::page(&of_model(Path::new(DEFAULT), Made::now("yawrig report model.toml".to_owned()))?)
 }
 
 fn read<T: DeserializeOwned>(asked: &str) -> Result<T> {

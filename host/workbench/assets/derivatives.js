@@ -1,5 +1,5 @@
 // Derivatives of a campaign, with the second-order model and with the present one.
-import { by, get, make } from "./talk.js";
+import { by, digits, get, make } from "./talk.js";
 
 let /** @type {LinePlot | null} */ plot = null;
 
@@ -31,7 +31,7 @@ export async function refresh(state, act) {
     plot = null;
     return;
   }
-  parts.push(make("p", { className: "caption", textContent: "Cn_r per radian against reduced frequency, bars of two standard uncertainties: second-order model grey, present model blue." }), host, table(both));
+  parts.push(make("p", { className: "caption", textContent: "Cn_r per radian against reduced frequency, bars of two standard uncertainties: second-order model grey, present model blue." }), host, table(both), ...found.critical_speed.map(critical));
   pane.replaceChildren(...parts);
   /** @type {(list: Point[] | null, colour: string) => PlotMark[]} */
   const points = (list, colour) => (list || []).map((p) => ({ x: p.reduced_frequency, y: p.cn_r.value, u: p.cn_r.u, colour }));
@@ -40,6 +40,16 @@ export async function refresh(state, act) {
   // The ends of the bars, so that they are inside.
   const ends = [-2, 2].map((k) => ({ x: marks.map((m) => m.x), y: marks.map((m) => m.y + k * (m.u || 0)) }));
   plot.set(Plots.joined(ends), [{ invisible: true }, { invisible: true }]);
+}
+
+/** Where damping falls to zero. @param {Critical} of */
+function critical({ text, by, rows }) {
+  const cell = (/** @type {Quantity | null} */ q) => make("td", { textContent: q ? shown(q) : "–" });
+  const titles = ["wind (m/s)", "ζ at rest", "limit cycle (deg)"];
+  return make("div", { className: "critical" }, make("p", { textContent: text }), make("table", { className: "numbers" },
+    make("thead", {}, make("tr", {}, ...titles.map((textContent) => make("th", { textContent })))),
+    make("tbody", {}, ...rows.map(([speed, zeta, cycle]) => make("tr", {}, make("td", { textContent: digits(speed, 4) }), cell(zeta), cell(cycle))))),
+  make("p", { className: "caption", textContent: by }));
 }
 
 /** @typedef {{ before: Point[] | null, after: Point[] | null }} Both */

@@ -6,10 +6,17 @@ import { seen, showLaw } from "./panels.js";
 const form = {
   id: "my_effect", title: "My effect", moment: "-c * sign(r)",
   parameters: [{ name: "c", unit: "rad/s2", start: "0.05", min: "0", max: "" }],
+  states: [],
 };
 let /** @type {number | undefined} */ timer = undefined, number = 0, good = false, showing = false;
 
-const FIELDS = /** @type {const} */ (["name", "unit", "start", "min", "max"]);
+/** What stands in the two tables' columns, and a row as it begins. */
+const TABLES = {
+  parameters: { one: "parameter", columns: ["name", "unit", "start", "min", "max"], fresh: { name: "", unit: "1", start: "1", min: "", max: "" } },
+  states: { one: "state", columns: ["name", "unit", "rate", "start"], fresh: { name: "z", unit: "rad", rate: "(b - z) / T", start: "" } },
+};
+/** Of a chain that an effect may have. */
+const MOST_STATES = 2;
 
 /** The pane; `act` takes steps, `say` tells how one went.
  * @param {Act} act @param {(text: string) => void} say @param {Failed} failed */
@@ -17,14 +24,25 @@ export function build(act, say, failed) {
   const changed = () => { clearTimeout(timer); timer = setTimeout(preview, 120); };
   const field = (/** @type {"id" | "title" | "moment"} */ name, /** @type {string} */ label, /** @type {"input" | "textarea"} */ tag = "input") => make("label", {}, label,
     make(tag, { value: form[name], spellcheck: false, autocomplete: "off", "data-field": name, oninput: (e) => { form[name] = e.target.value; changed(); } }));
-  const rows = make("tbody", { id: "own-parameters" });
-  const drawRows = () => rows.replaceChildren(...form.parameters.map((p, k) => make("tr", {},
-    ...FIELDS.map((name) => make("td", {}, make("input", {
-      value: p[name], spellcheck: false, "aria-label": `parameter ${k + 1}: ${name}`, "data-field": `parameters.${k}.${name}`,
-      oninput: (e) => { p[name] = e.target.value; changed(); },
-    }))),
-    make("td", { className: "x" }, make("button", { type: "button", textContent: "×", title: "take this parameter away", "aria-label": `take parameter ${k + 1} away`, onclick: () => { form.parameters.splice(k, 1); drawRows(); changed(); } })))));
-  drawRows();
+  /** A table of rows that grows and shrinks. @param {"parameters" | "states"} which */
+  const table = (which) => {
+    const { one, columns } = TABLES[which], list = /** @type {Record<string, string>[]} */ (/** @type {unknown} */ (form[which]));
+    const rows = make("tbody", { id: `own-${which}` }), whole = make("table", { className: which }, make("thead", {}, make("tr", {}, ...[...columns, ""].map((t) => make("th", { textContent: t })))), rows);
+    const draw = () => {
+      whole.hidden = !list.length;
+      rows.replaceChildren(...list.map((row, k) => make("tr", {},
+        ...columns.map((name) => make("td", {}, make("input", {
+          value: row[name], spellcheck: false, "aria-label": `${one} ${k + 1}: ${name}`, "data-field": `${which}.${k}.${name}`,
+          oninput: (e) => { row[name] = e.target.value; changed(); },
+        }))),
+        make("td", { className: "x" }, make("button", { type: "button", textContent: "×", title: `take this ${one} away`, "aria-label": `take ${one} ${k + 1} away`, onclick: () => { list.splice(k, 1); draw(); changed(); } })))));
+      const more = which === "states" && by("own-more-states");
+      if (more) more.disabled = list.length >= MOST_STATES;
+    };
+    draw();
+    return { whole, more: () => { list.push({ ...TABLES[which].fresh }); draw(); changed(); first("tr:last-child input", rows)?.focus(); } };
+  };
+  const parameters = table("parameters"), states = table("states");
   const defined = async (/** @type {(effect: string) => void} */ then) => {
     if (!await preview()) return;
     try { then((await post("/api/do", { do: "define", form })).effect); } catch (error) { failed(error); }
@@ -34,9 +52,10 @@ export function build(act, say, failed) {
     field("id", "id: lower-case letters, digits, _"), field("title", "title"),
     field("moment", "moment (rad/s²) of b angle (rad), r rate (rad/s), t time (s), wn, wind (m/s); of a displacement in its unit", "textarea"),
     make("pre", { className: "caret", id: "own-error", hidden: true, role: "status" }),
-    make("table", { className: "parameters" }, make("thead", {}, make("tr", {}, ...[...FIELDS, ""].map((t) => make("th", { textContent: t })))), rows),
+    parameters.whole, states.whole,
     make("div", { className: "row" },
-      make("button", { type: "button", textContent: "+ parameter", onclick: () => { form.parameters.push({ name: "", unit: "1", start: "1", min: "", max: "" }); drawRows(); changed(); } }),
+      make("button", { type: "button", textContent: "+ parameter", onclick: parameters.more }),
+      make("button", { type: "button", id: "own-more-states", textContent: "+ state", title: "For a moment that follows late: what it follows with, and how fast that changes", onclick: states.more }),
       make("button", { type: "button", id: "own-try", textContent: "Try", title: "Fit the release with it; nothing is written", onclick: () => defined((effect) => { if (seen.release !== null) act({ do: "try", release: seen.release, effect }); }) }),
       make("button", { type: "button", id: "own-add", textContent: "Add", title: "Into the model, its text with it", onclick: () => defined((effect) => act({ do: "add", effect, why: null })) }),
       make("button", { type: "button", id: "own-save", textContent: "Save", title: "As a file beside the model, for --effect", onclick: async () => {
@@ -78,7 +97,8 @@ async function preview() {
     box.textContent = found.warnings || "";
     box.className = "caret fine";
     box.hidden = !found.warnings;
-    if (showing) showLaw(found);
+    // A moment with memory is no curve.
+    if (showing) showLaw(found.damping_law.rate_deg_s.length ? found : null);
   }
   return good;
 }

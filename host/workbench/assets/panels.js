@@ -111,8 +111,9 @@ function noisePower() {
 
 /** The page asks for the record and what is known of it; old answers are thrown away. */
 let asked = 0;
-export async function show(/** @type {number} */ release) {
-  if (release !== seen.release) { seen.span = [null, null]; seen.view = null; seen.curves = null; seen.ghost = null; }
+/** @param {number} release @param {Span} [span] */
+export async function show(release, span = [null, null]) {
+  if (release !== seen.release) { seen.span = span; seen.view = null; seen.curves = null; seen.ghost = null; }
   seen.release = release;
   await refresh();
 }
@@ -162,7 +163,7 @@ export async function refresh() {
 export function zoom(from, to) {
   if (from !== null && to !== null) {
     const [first, last] = seen.curves ? seen.curves.whole_s : [from, to];
-    if (to - from < 0.05) return;
+    if (to - from < 0.05) return void refresh();
     from = Math.max(first, from); to = Math.min(last, to);
     if (from === first && to === last) from = to = null;
   }

@@ -153,6 +153,20 @@ const Plots = (() => {
       }, true);
       host.addEventListener("mousemove", (event) => { if (chart) chart.over.style.cursor = under(event) === null ? "" : "ew-resize"; });
     }
+    const { zoomed } = options;
+    let /** @type {number | undefined} */ settling;
+    // By the wheel alone the page is scrolled; two fingers that part are a wheel with Ctrl.
+    if (zoomed) host.addEventListener("wheel", (event) => {
+      if (!chart || !(event.ctrlKey || event.metaKey)) return;
+      event.preventDefault();
+      const { min, max } = scale(chart), x = chart.posToVal(event.clientX - chart.over.getBoundingClientRect().left, "x");
+      const share = Math.exp(Math.max(-1, Math.min(1, event.deltaY / 200)));
+      const now = limits = [x - (x - min) * share, x + (max - x) * share];
+      chart.setData(data, true);
+      clearTimeout(settling);
+      // Once the wheel has come to rest.
+      settling = setTimeout(() => zoomed(...now), 150);
+    }, { passive: false });
     /** @param {PlotAxis} it @param {2 | 3} side @returns {uPlot.Axis} */
     const axis = (it, side) => ({
       side, label: told(it.label) || undefined, labelSize: it.label ? 15 : 0, labelGap: 0, labelFont: FONT, font: FONT, gap: 2,

@@ -44,7 +44,8 @@ export function draw(state, choose, failed) {
     if (groups.size > 1 || releases[0].spring !== null) rows.push(make("div", { className: "group", textContent: name }));
     rows.push(...releases.map((release) => row(release, choose, failed)));
   }
-  if (!rows.length) rows.push(make("p", { className: "empty", textContent: HAS_SYSTEM ? "No record is open. Press Open, or start yawrig workbench with records." : "No record is open. Drop one anywhere on the page, or press Open." }));
+  if (!rows.length) rows.push(make("p", { className: "empty", textContent: HAS_SYSTEM ? "No record is open. Press Open, or start yawrig workbench with records." : "No record is open. Drop one anywhere on the page, or press Open." }),
+    HAS_SYSTEM ? "" : make("button", { type: "button", id: "example-button", textContent: "Try an example", title: "A release of a virtual rig, with something in it that the second-order model lacks" }));
   list.replaceChildren(...rows);
   restore(focus);
   buttons(state);
@@ -61,6 +62,7 @@ function buttons(state) {
   by("fit-button").textContent = !state.model.exists ? "Fit" : state.model.ticks_changed ? "Fit ticked" : "Fit again";
   by("fit-button").classList.toggle("primary", state.model.exists && state.model.ticks_changed);
   by("fit-button").disabled = !!state.job || !state.releases.length;
+  by("report-button").disabled = !state.model.exists;
 }
 
 /** A release recorded here begins with the time of its session: its number and the time of day tell it from the others.

@@ -7,6 +7,8 @@ import * as kept from "./kept.js";
 import * as phone from "./phone.js";
 import { page } from "./workbench.js";
 
+const EXAMPLE = "example.csv";
+
 /** What can be saved: files that were written here, and what is made for it. */
 async function offer() {
   // A browser without storage has kept none.
@@ -57,6 +59,11 @@ function start() {
   };
   by("open-file").onchange = chosen("open-file");
   by("open-folder").onchange = chosen("open-folder");
+  // Made anew with the list.
+  by("release-list").addEventListener("click", async ({ target }) => {
+    if (target !== by("example-button")) return;
+    try { await dropped.taken([{ name: EXAMPLE, file: new File([await (await fetch(EXAMPLE)).blob()], EXAMPLE) }], page.opened, page.failed); } catch (error) { page.failed(error); }
+  });
   by("folder-button").onclick = () => by("open-folder").click();
   by("save-button").onclick = () => { offer().catch(page.failed); };
   by("close-button").onclick = async () => {

@@ -1,5 +1,6 @@
 // The page: fetches what has changed, passes on what is done, and knows the keys.
-import { by, get, GONE, HAS_SYSTEM, listen, make, post, ratio } from "./talk.js";
+import { by, download, get, GONE, HAS_SYSTEM, listen, make, post, ratio } from "./talk.js";
+import * as address from "./address.js";
 import * as panels from "./panels.js";
 import * as dropped from "./dropped.js";
 import * as releases from "./releases.js";
@@ -67,7 +68,7 @@ function take(/** @type {State} */ now) {
     derivatives.refresh(state, act).catch(failed);
   }
   drawSide(state);
-  if (seen.release === null && state.releases.length) choose((state.releases.find((r) => !r.is_left_out) || state.releases[0]).id);
+  if (seen.release === null && state.releases.length && !follow(address.read())) choose((state.releases.find((r) => !r.is_left_out) || state.releases[0]).id);
 }
 
 /** What has happened to the model other than by a page: by a command, or by hand.
@@ -133,19 +134,35 @@ function drawJob(/** @type {Progress | null} */ job) {
   }
 }
 
-/** @param {number | null} id */
-async function choose(id) {
+/** Shows what an address is of, where its record is here. @param {address.Place} place */
+function follow({ record, span, tab: name }) {
+  const shown = TABS.find((tab) => tab === name);
+  if (shown) tab(shown);
+  const release = state?.releases.find((r) => r.name === record);
+  if (record !== null && !release) failed({ message: `the address is of ${record}, which is not in the list`, help: "open it (o)" });
+  if (release) choose(release.id, span);
+  return !!release;
+}
+
+/** The address of what is looked at. */
+function place() {
+  const release = state?.releases.find((r) => r.id === seen.release), shown = TABS.find((name) => !by(`pane-${name}`).hidden);
+  if (release) address.write({ record: release.name, span: seen.span, tab: shown === TABS[0] ? null : shown ?? null });
+}
+
+/** @param {number | null} id @param {Span} [span] */
+async function choose(id, span) {
   if (id === null) return;
   const begin = performance.now();
   seen.release = null;
   releases.mark(id);
-  await panels.show(id);
+  await panels.show(id, span);
   document.documentElement.dataset.lastClick = String(Math.round(performance.now() - begin));
   if (state) { drawHead(state); drawSide(state); }
 }
 
 live.onVerdict(() => { if (state) drawHead(state); });
-panels.onView(() => { if (state) { drawHead(state); drawSide(state); } diagnoseFirst(); });
+panels.onView(() => { place(); if (state) { drawHead(state); drawSide(state); } diagnoseFirst(); });
 
 let /** @type {number | null} */ soon = null;
 function heard(/** @type {News} */ news) {
@@ -173,6 +190,7 @@ function tab(/** @type {TABS[number]} */ name) {
     by(`pane-${other}`).hidden = !is;
   }
   own.opened(name === "own");
+  place();
   if (name === "derivatives" && state) derivatives.refresh(state, act).catch(failed);
 }
 
@@ -193,6 +211,7 @@ const KEYS = [
   ["r", "reject it, with a reason", (_, now) => effects.key("reject", now, act), ["r"]],
   ["u", "return to the model before the last step", (_, now) => back(now), ["u"]],
   ["+  −", "zoom in and out", (e) => panels.zoomBy(e.key === "-" ? 2 : 0.5), ["+", "-", "="]],
+  ["Ctrl wheel", "zoom about the pointer, in the two panels over time", null, []],
   ["←  →", "earlier, later", (e) => panels.zoomBy(1, e.key === "ArrowLeft" ? -0.25 : 0.25), ["ArrowLeft", "ArrowRight"]],
   ["z", "all of the record", () => panels.zoom(null, null), ["z"]],
   ["x", "analyse only the stretch in view, or, with all in view, all of the record", () => panels.cut(), ["x"]],
@@ -225,6 +244,16 @@ async function diagnoseFirst() {
   isFirst = false;
   await fetchState();
   diagnose();
+}
+async function report() {
+  const button = by("report-button");
+  button.disabled = true;
+  say("making report.html …");
+  try {
+    download("report.html", (await get("/api/report")).html);
+    say("report.html is among your downloads");
+  } catch (error) { failed(error); }
+  button.disabled = false;
 }
 const open = () => (HAS_SYSTEM ? releases.openDialog(opened, failed, makeCampaign) : by("open-file").click());
 function back(/** @type {State} */ { steps }) {
@@ -275,11 +304,13 @@ function start() {
   by("open-button").onclick = open;
   dropped.take(opened, failed);
   by("fit-button").onclick = () => act({ do: "fit" });
+  by("report-button").onclick = report;
   by("diagnose-button").onclick = diagnose;
   by("law-button").onclick = () => act({ do: "law" });
   by("together-button").onclick = () => act({ do: "together" });
   by("cancel-button").onclick = cancel;
   for (const name of TABS) by(`tab-${name}`).onclick = () => tab(name);
+  addEventListener("hashchange", () => { if (state) follow(address.read()); });
   // What became known before the stream was open has been told to nobody: ask for all of it.
   listen(heard, (lost) => { if (lost) failed(GONE); else { fetchState(); panels.refresh(); live.open(); } });
   if (HAS_SYSTEM) fetchState(); else by("verdict").textContent = "Loading yawrig …";

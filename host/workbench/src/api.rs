@@ -99,6 +99,11 @@ pub async fn derivatives(State(app): State<Arc<App>>) -> Answer {
     aside(app, |app| Ok(yawrig_session::derivatives(&app.bench))).await
 }
 
+/// The report of the model, a page of its own.
+pub async fn report(State(app): State<Arc<App>>) -> Answer {
+    aside(app, |app| requests::report(&app.bench)).await
+}
+
 #[derive(Deserialize)]
 pub struct CampaignAsked {
     folder: String,

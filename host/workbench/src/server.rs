@@ -100,6 +100,7 @@ fn router(app: &Arc<App>) -> Router {
         .route("/api/candidates", get(api::candidates))
         .route("/api/law", get(api::law))
         .route("/api/derivatives", get(api::derivatives))
+        .route("/api/report", get(api::report))
         .route("/api/campaign", get(api::campaign))
         .route("/api/campaign/pattern", post(api::campaign_by_pattern))
         .route("/api/campaign/check", post(api::campaign_check))

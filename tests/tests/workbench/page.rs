@@ -5,6 +5,7 @@ use serde_json::Value;
 use std::path::Path;
 use yawrig_tests::browser::{Browser, Window};
 use yawrig_tests::process::yawrig;
+use yawrig_tests::swinging;
 
 const WINDOW: Window = Window { width: 1280, height: 720, is_dark: false };
 
@@ -129,6 +130,19 @@ pub fn an_own_effect_is_written(browser: &mut Browser, written: &Written) {
     browser.wait("document.querySelector('#own-error').hidden && !document.querySelector('#own-add').disabled");
     browser.wait("!document.querySelector('.key.own').hidden");
     browser.picture(&pictures().join("own.png"));
+    // With memory: an error in its state, a right one, of which there is no curve, and none again.
+    browser.click("#own-more-states");
+    browser.fill("[data-field='states.0.rate']", "b - z");
+    browser.wait("document.querySelector(\"[data-field='states.0.rate']\").ariaInvalid === 'true'");
+    browser.fill("[data-field='states.0.rate']", "(b - z) / 0.3");
+    browser.fill("[data-field=moment]", "-c * z / 0.01");
+    browser.wait(
+        "document.querySelector('.key.own').hidden && !document.querySelector('#own-add').disabled",
+    );
+    browser.picture(&pictures().join("own-state.png"));
+    browser.value("document.querySelector(\"[aria-label='take state 1 away']\").click()");
+    browser.fill("[data-field=moment]", "-c * sign(r)");
+    browser.wait("!document.querySelector('.key.own').hidden && !document.querySelector('#own-add').disabled");
     browser.click("#own-add");
     browser.wait(&steps_are(5));
     browser.wait(IS_ADEQUATE);
@@ -230,6 +244,92 @@ fn the_head_says_of_what_it_speaks() {
     browser.click("[data-focus=name-1]");
     browser.wait(IS_STRUCTURED);
     assert_eq!(browser.value("document.querySelector('#verdict-all').hidden"), false);
+}
+
+#[test]
+#[ignore = "needs Chromium: tests/run runs it"]
+fn what_is_looked_at_is_in_the_address_and_the_report_on_a_button() {
+    let plain = "simulate --natural-frequency 7.5 --damping 0.008 --seed 3 --out plain.csv";
+    let fit = "fit plain.csv rubbing.csv";
+    let bench = Bench::start(&[RUBBING, plain, fit], "model.toml");
+    let mut browser = Browser::start(WINDOW);
+    browser.open(&bench.url);
+    browser.wait("location.hash === '#record=plain.csv'");
+    browser.wait("document.querySelectorAll('.badge.pending').length === 0");
+    let time = "[...document.querySelectorAll('#plot-overlay .u-over')].length";
+    browser.wait(&format!("{time} === 1"));
+
+    // By the wheel with Ctrl, about the pointer; without it the page scrolls.
+    let turn = |keys: &str| {
+        format!(
+            "(() => {{ const plot = document.querySelector('#plot-overlay .u-over'), box = plot.getBoundingClientRect(); \
+             return plot.dispatchEvent(new WheelEvent('wheel', {{ deltaY: -200, clientX: box.left + box.width / 2, clientY: box.top + 20, bubbles: true, cancelable: true, {keys} }})); }})()"
+        )
+    };
+    assert_eq!(browser.value(&turn("")), true);
+    assert_eq!(browser.value(&turn("ctrlKey: true")), false);
+    browser.wait("new URLSearchParams(location.hash.slice(1)).has('from_s')");
+    let at = "(() => { const at = new URLSearchParams(location.hash.slice(1)); return [+at.get('from_s'), +at.get('to_s')]; })()";
+    let span: Vec<f64> = serde_json::from_value(browser.value(at)).expect("two times");
+    let whole = "import('./panels.js').then(p => p.seen.curves.whole_s)";
+    let whole: Vec<f64> = serde_json::from_value(browser.value(whole)).expect("two times");
+    let share = (span[1] - span[0]) / (whole[1] - whole[0]);
+    assert!((share - (-1f64).exp()).abs() < 0.05, "{span:?} of {whole:?}");
+
+    // Loaded anew, and by a bookmark.
+    browser.click("#tab-derivatives");
+    browser.wait("location.hash.endsWith('&tab=derivatives')");
+    let here = browser.value("location.href");
+    browser.value("location.reload()");
+    let shown = format!(
+        "import('./panels.js').then(p => p.seen.curves && p.seen.span[0] === {} && !document.querySelector('#pane-derivatives').hidden)",
+        span[0]
+    );
+    browser.wait(&shown);
+    assert_eq!(browser.value("location.href"), here);
+    browser.value("location.hash = 'record=rubbing.csv&from_s=2&to_s=4'");
+    browser.wait("import('./panels.js').then(p => p.seen.curves && p.seen.span.join() === '2,4')");
+    browser.wait("document.title.startsWith('rubbing.csv')");
+    browser.value("location.hash = 'record=gone.csv'");
+    browser.wait("document.querySelector('#message').textContent.includes('the address is of gone.csv, which is not in the list')");
+
+    browser.click("#report-button");
+    browser.wait(
+        "document.querySelector('#message').textContent === 'report.html is among your downloads'",
+    );
+    let report =
+        browser.value("import('./talk.js').then(t => t.get('/api/report')).then(r => r.html)");
+    let report = report.as_str().expect("a page");
+    assert!(report.contains("rubbing.csv") && report.contains("yawrig report"), "{report:.300}");
+    browser.picture(&pictures().join("address.png"));
+    browser.is_clean(&bench.origin);
+}
+
+#[test]
+#[ignore = "needs Chromium: tests/run runs it"]
+fn the_critical_speed_stands_under_the_derivatives() {
+    let folder = tempfile::tempdir().expect("a folder");
+    swinging::campaign(folder.path());
+    for command in ["fit campaign.toml", "add cubic_damping"] {
+        yawrig(command).in_folder(folder.path()).run().exits(0);
+    }
+    let bench = Bench::start_in(folder, "model.toml");
+    let mut browser = Browser::start(WINDOW);
+    browser.open(&bench.url);
+    browser.wait("document.querySelector('.release')");
+    browser.click("#tab-derivatives");
+    browser.wait("document.querySelector('.critical')");
+    let said = browser.text(".critical p");
+    let speed = said.strip_prefix("Swings by itself from ").and_then(|s| s.split(' ').next());
+    let speed: f64 = speed.and_then(|s| s.parse().ok()).unwrap_or_else(|| panic!("{said}"));
+    assert!((speed - swinging::CRITICAL_M_S).abs() < 0.3, "{said}");
+    let rows =
+        "[...document.querySelectorAll('.critical tbody tr')].map(r => r.cells[1].textContent)";
+    let rows: Vec<String> = serde_json::from_value(browser.value(rows)).expect("rows");
+    println!("{said}\n{rows:?}");
+    assert!(rows.len() >= 4 && rows[0].starts_with("0.02"), "{rows:?}");
+    browser.picture(&pictures().join("critical.png"));
+    browser.is_clean(&bench.origin);
 }
 
 /// Panels that are said to those who do not see them, and those whose picture is wider than their place.

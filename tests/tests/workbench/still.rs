@@ -343,8 +343,11 @@ fn once_it_was_opened_it_needs_no_network() {
     browser.complaints.clear();
     browser.open(&format!("{}/", served.origin));
     browser.wait(IS_EMPTY);
-    served.drop(&mut browser, "rubbing.csv");
-    browser.wait(IS_FOUND);
+    // Who has no record is given one.
+    browser.click("#example-button");
+    browser.wait("document.querySelector('#diagnosis').textContent.includes('explained by coulomb_friction, cubic_stiffness')");
+    assert_eq!(browser.value("document.querySelector('#example-button')"), Value::Null);
+    browser.picture(&pictures().join("static-example.png"));
     browser.is_clean(&served.origin);
 }
 
