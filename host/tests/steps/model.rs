@@ -4,7 +4,8 @@
 use crate::hidden::{plant, Plan, Planted};
 use std::path::Path;
 use std::slice::from_ref;
-use yawrig_core::diagnosis::diagnose::{diagnose, Grouping, Options};
+use std::sync::OnceLock;
+use yawrig_core::diagnosis::diagnose::{diagnose, Diagnosis, Grouping, Options};
 use yawrig_core::effects::Effect;
 use yawrig_core::record::Record;
 use yawrig_model::comparison::{compare, Comparison};
@@ -40,9 +41,31 @@ fn over_noise(revision: &Revision) -> f64 {
     revision.appraisal.residuals.residual_over_noise
 }
 
-/// A few of them for what takes whole searches.
-fn few() -> [(Effect, u64); 3] {
-    [0, 3, 4].map(|k: usize| HIDDEN[k].clone())
+fn diagnosed(record: &Record) -> Diagnosis {
+    diagnose(from_ref(record), &Grouping::default(), &Options::default())
+        .expect("a free decay")
+        .diagnosis
+}
+
+/// One of a few for what takes whole searches, sampled at 1 kHz.
+struct Case {
+    effect: Effect,
+    seed: u64,
+    record: Record,
+    found: Diagnosis,
+}
+
+/// Searched once for all tests, the first of `HIDDEN` first.
+fn few() -> &'static [Case; 3] {
+    static FEW: OnceLock<[Case; 3]> = OnceLock::new();
+    FEW.get_or_init(|| {
+        [0, 3, 4].map(|k: usize| {
+            let (effect, seed) = HIDDEN[k].clone();
+            let record = planted(effect.clone(), seed, 1000.0).record;
+            let found = diagnosed(&record);
+            Case { effect, seed, record, found }
+        })
+    })
 }
 
 #[test]
@@ -75,17 +98,11 @@ fn a_model_never_fits_worse_than_one_it_contains_and_removing_undoes_adding() {
 
 #[test]
 fn the_same_record_gives_the_same_bytes() {
-    let (effect, seed) = &HIDDEN[0];
-    let record = planted(effect.clone(), *seed, 1000.0).record;
-    let verdict = || {
-        let found = diagnose(from_ref(&record), &Grouping::default(), &Options::default())
-            .expect("a free decay")
-            .diagnosis;
-        serde_json::to_string(&found).expect("JSON")
-    };
-    assert_eq!(verdict(), verdict());
+    let Case { effect, record, found, .. } = &few()[0];
+    let verdict = |found: &Diagnosis| serde_json::to_string(found).expect("JSON");
+    assert_eq!(verdict(found), verdict(&diagnosed(record)));
     let folder = tempfile::tempdir().expect("a folder");
-    let files = vec![written(&record, folder.path())];
+    let files = vec![written(record, folder.path())];
     let comparison = Comparison { files, effects: vec![effect.clone()], ..Comparison::default() };
     let text = || serde_json::to_string(&compare(&comparison).expect("a fit")).expect("JSON");
     assert_eq!(text(), text());
@@ -101,18 +118,14 @@ fn mirrored(name: &str) -> f64 {
 
 #[test]
 fn a_mirrored_record_gives_the_mirrored_answer() {
-    for (effect, seed) in few() {
-        let record = planted(effect.clone(), seed, 1000.0).record;
+    for Case { effect, record, found, .. } in few() {
         let mut flipped = record.clone();
         flipped.yaw_deg.iter_mut().for_each(|y| *y = -*y);
-        let names = |record: &Record| {
-            let found = diagnose(from_ref(record), &Grouping::default(), &Options::default())
-                .expect("a free decay")
-                .diagnosis;
-            (found.status, found.effects, found.indistinguishable)
+        let names = |found: &Diagnosis| {
+            (found.status, found.effects.clone(), found.indistinguishable.clone())
         };
-        assert_eq!(names(&record), names(&flipped), "{effect}");
-        let (a, b) = (compared(&record, from_ref(&effect)), compared(&flipped, from_ref(&effect)));
+        assert_eq!(names(found), names(&diagnosed(&flipped)), "{effect}");
+        let (a, b) = (compared(record, from_ref(effect)), compared(&flipped, from_ref(effect)));
         assert!((over_noise(&a) / over_noise(&b) - 1.0).abs() < 1e-6, "{effect}");
         for (name, value) in &a.appraisal.parameters {
             let other = b.appraisal.parameters[name];
@@ -125,19 +138,19 @@ fn a_mirrored_record_gives_the_mirrored_answer() {
 
 #[test]
 fn another_sampling_rate_gives_the_same_effects() {
-    for (effect, seed) in few() {
+    for Case { effect, seed, record, found } in few() {
         let mut values = Vec::new();
-        for rate_hz in [1000.0, 500.0, 200.0] {
-            let planted = planted(effect.clone(), seed, rate_hz);
-            let found =
-                diagnose(from_ref(&planted.record), &Grouping::default(), &Options::default())
-                    .expect("a free decay")
-                    .diagnosis;
+        let mut seen = |rate_hz: f64, record: &Record, found: &Diagnosis| {
             println!("{effect} at {rate_hz} Hz: {:?} {:?}", found.status, found.effects);
-            assert_eq!(found.effects, *from_ref(&effect), "{effect} at {rate_hz} Hz");
-            let revision = compared(&planted.record, from_ref(&effect));
+            assert_eq!(found.effects, *from_ref(effect), "{effect} at {rate_hz} Hz");
+            let revision = compared(record, from_ref(effect));
             let (name, value) = revision.appraisal.parameters.first_key_value().expect("one");
             values.push((rate_hz, name.clone(), *value));
+        };
+        seen(1000.0, record, found);
+        for rate_hz in [500.0, 200.0] {
+            let record = planted(effect.clone(), *seed, rate_hz).record;
+            seen(rate_hz, &record, &diagnosed(&record));
         }
         for (rate_hz, name, value) in &values[1..] {
             let first = values[0].2;
