@@ -45,6 +45,23 @@ pub fn read(file: &Path, taken: &[&str]) -> Result<OwnEffect> {
 /// # Errors
 /// Those of `read`.
 pub fn from_text(file: &Path, text: &str, taken: &[&str]) -> Result<OwnEffect> {
+    compiled(file, text, taken, None)
+}
+
+/// What the checks along swings find, which take a tenth of a second.
+pub(super) struct Checked {
+    pub warnings: Vec<String>,
+    pub size_parameter: Option<usize>,
+    pub keeps_moving: bool,
+}
+
+/// As `from_text`; `known` is what the checks along swings would find.
+pub(super) fn compiled(
+    file: &Path,
+    text: &str,
+    taken: &[&str],
+    known: Option<Checked>,
+) -> Result<OwnEffect> {
     let document = Document::read(file, text)?;
     let place = Text { file, text };
     check_head(&place, &document, taken)?;
@@ -116,10 +133,19 @@ pub fn from_text(file: &Path, text: &str, taken: &[&str]) -> Result<OwnEffect> {
         starts: &starts,
         bounds: parameters.iter().map(|p| (p.min, p.max)).collect(),
     };
-    let warnings = checks::check(&subject, &first_use).map_err(pointed)?;
     let warned = |flaw: &Flaw| {
         let at = quoted.of(&in_written(&flaw.span));
         format!("{}\n  help: {}", yawrig_text::pointed(file, text, at, &flaw.message), flaw.help)
+    };
+    let checked = match known {
+        Some(known) => known,
+        None => Checked {
+            warnings: (checks::check(&subject, &first_use).map_err(pointed)?.iter())
+                .map(warned)
+                .collect(),
+            size_parameter: checks::size_parameter(&subject),
+            keeps_moving: checks::keeps_moving(&subject),
+        },
     };
     let moment = one_line(moment, &node);
     let rates = states.iter().map(|s| format!(", {}' = {}", s.name, s.rate)).collect::<String>();
@@ -128,9 +154,9 @@ pub fn from_text(file: &Path, text: &str, taken: &[&str]) -> Result<OwnEffect> {
         title: document.title.into_inner(),
         formula: format!("{moment}{rates}"),
         moment,
-        warnings: warnings.iter().map(warned).collect(),
-        size_parameter: checks::size_parameter(&subject),
-        keeps_moving: checks::keeps_moving(&subject),
+        warnings: checked.warnings,
+        size_parameter: checked.size_parameter,
+        keeps_moving: checked.keeps_moving,
         program,
         parameters,
         states,

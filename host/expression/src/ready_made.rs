@@ -1,7 +1,8 @@
 //! Effects that are given by their equations and follow late: used by their names, as the library's, and written
 //! as a user's own.
 
-use super::{from_text, OwnEffect, Words};
+use super::file::{compiled, Checked};
+use super::{OwnEffect, Words};
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
@@ -28,7 +29,10 @@ const FILES: [(&str, &str, &Words); 1] = [(
 
 static ALL: LazyLock<Vec<Arc<OwnEffect>>> = LazyLock::new(|| {
     let read = |(id, text, words)| {
-        let effect = from_text(Path::new(id), text, &[]).expect("a file that is tested");
+        // Not checked by every program that starts: a test does.
+        let known = Checked { warnings: Vec::new(), size_parameter: Some(0), keeps_moving: false };
+        let effect =
+            compiled(Path::new(id), text, &[], Some(known)).expect("a file that is tested");
         OwnEffect { words: Some(words), ..effect }
     };
     FILES.into_iter().map(read).map(Arc::new).collect()
@@ -48,4 +52,20 @@ pub fn ready_made(id: &str) -> Option<Arc<OwnEffect>> {
 /// All of them.
 pub fn all_ready_made() -> &'static [Arc<OwnEffect>] {
     &ALL
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::from_text;
+
+    #[test]
+    fn the_checks_find_what_is_known() {
+        for effect in all_ready_made() {
+            let checked = from_text(Path::new(&effect.id), &effect.text, &[]).expect(&effect.id);
+            assert_eq!(checked.warnings, effect.warnings);
+            assert_eq!(checked.size_parameter, effect.size_parameter);
+            assert_eq!(checked.keeps_moving, effect.keeps_moving);
+        }
+    }
 }
