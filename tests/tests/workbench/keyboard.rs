@@ -17,6 +17,8 @@ fn the_loop_with_keys_alone() {
     let status = |is: &str| format!("document.querySelector('#verdict').dataset.status === '{is}'");
     browser.wait(&status("structured"));
     browser.wait("document.querySelectorAll('.badge.pending').length === 0");
+    // What is disabled or made anew is passed over or loses the focus.
+    browser.wait("document.querySelector('.candidate') && !document.querySelector('#diagnose-button').disabled && !document.querySelector('#fit-button').disabled && document.body.dataset.busy === undefined");
 
     everything_is_come_to_in_order(&mut browser);
 

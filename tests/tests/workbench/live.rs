@@ -165,9 +165,11 @@ fn a_campaign_s_recording_ends_with_its_last_release() {
     bench.wait("a hundred seconds more", |s| live(s)["samples"].as_u64() > Some(from + 100_000));
     assert_eq!(stored(&folder), ended);
 
-    // Its last release once more is recorded, and ends as well.
+    // Its last release once more is recorded, and ends as well: a busy machine may have looked too late.
     done(json!({"do": "back"}));
-    bench.wait("it is recorded", |state| !live(state)["recording"].is_null());
+    bench.wait("it is recorded", |state| {
+        !live(state)["recording"].is_null() || stored(&folder).len() > 1
+    });
     bench.wait("its end", over);
     assert_eq!(stored(&folder).len(), 2);
     // What is begun by hand after that goes on.
