@@ -130,10 +130,10 @@ fn the_lag_goes_into_a_model() {
     // Of the stated numbers: Izz is that of the line, which the springs' noise moves by little.
     assert!((start("c") / (0.01 * per_izz(10.0, 2) * A2) - 1.0).abs() < 0.1, "{effect}");
     assert!((start("p") / (B / LENGTH_M) - 1.0).abs() < 0.1, "{effect}");
-    // A rig with it, as printed: both columns move by what the lag adds to those of the rig.
+    // A rig with it, as printed: both columns move by what the lag adds to those of the rig, whose noise is the same.
     let printed = text.lines().find_map(|line| line.strip_prefix(command)).unwrap();
     let columns = |words: &str, campaign: &str| -> Vec<[f64; 2]> {
-        let output = yawrig(folder, words);
+        let output = yawrig(folder, &format!("{words} --rate-hz 250"));
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let said = yawrig(folder, &format!("derivatives {campaign}/campaign.toml --json"));
         let said: Value = serde_json::from_slice(&said.stdout).unwrap();

@@ -14,14 +14,15 @@ pub fn of_seed_1() -> &'static Ended {
     ENDED.get_or_init(|| demo("--seed 1").exits(0))
 }
 
-/// Shares by which the table misses the truth, sorted.
+/// Shares by which the table misses the truth, sorted. What is printed has the truth by name, what is kept in order.
 fn misses(points: &[Value], field: &str) -> Vec<f64> {
     let mut misses: Vec<f64> = points
         .iter()
         .map(|point| {
             let found = point[field]["value"].as_f64().expect("a quantity");
-            let truth = point["truth"][field].as_f64().expect("a number");
-            (found / truth - 1.0).abs()
+            let place = usize::from(field == "cn_r");
+            let truth = point["truth"][field].as_f64().or_else(|| point["truth"][place].as_f64());
+            (found / truth.expect("a number") - 1.0).abs()
         })
         .collect();
     misses.sort_by(f64::total_cmp);
@@ -81,24 +82,22 @@ fn the_main_job_finds_the_planted_derivatives() {
     }
 }
 
-#[test]
-fn another_seed_is_another_noise_and_as_good() {
-    let object = demo("--seed 20").exits(0).json();
-    let points = object["points"].as_array().expect("points");
-    within(&misses(points, "cn_beta"), 0.02, 0.06);
-    within(&misses(points, "cn_r"), 0.04, 0.12);
-}
-
+/// Of another seed, which is another noise and as good.
 #[test]
 fn without_json_a_table_is_printed_as_the_releases_come() {
     let folder = tempfile::tempdir().expect("a folder");
-    let ended = yawrig("demo").in_folder(folder.path()).run().exits(0);
+    let ended = yawrig("demo --seed 20").in_folder(folder.path()).run().exits(0);
     // It ends with its report, and another demo does not write over it.
     let last = ended.stdout.lines().last().expect("a line");
     assert_eq!(last, "report: yawrig-demo/report.html");
     for kept in ["demo.json", "network.yrn", "report.html"] {
         assert!(folder.path().join("yawrig-demo").join(kept).is_file(), "{kept}");
     }
+    let text = std::fs::read_to_string(folder.path().join("yawrig-demo/demo.json")).expect("text");
+    let object: Value = serde_json::from_str(&text).expect("JSON");
+    let points = object["points"].as_array().expect("points");
+    within(&misses(points, "cn_beta"), 0.02, 0.06);
+    within(&misses(points, "cn_r"), 0.04, 0.12);
     let again = yawrig("demo --out yawrig-demo").in_folder(folder.path()).run().exits(2).helps();
     assert!(!again.stderr.contains("trained"), "{}", again.report());
     assert!(!ended.stdout.contains("± 0.0000000 ") && !ended.stdout.contains("± 0.00000 "));

@@ -328,9 +328,9 @@ fn a_users_own_effect_goes_into_the_model_with_its_definition() {
 fn ctrl_c_during_add_leaves_the_model_and_its_journal_as_they_were() {
     let bench = Bench::new();
     bench.json("fit r.csv");
-    // Twenty minutes of an oscillation that hardly decays.
+    // An hour of an oscillation that hardly decays, read in a moment and fitted for seconds.
     bench
-        .of("simulate --natural-frequency 7.5 --damping 0.00002 --seconds 3600 --out long.csv")
+        .of("simulate --natural-frequency 7.5 --damping 0.00002 --seconds 3600 --rate-hz 100 --out long.csv")
         .run();
     bench.of("fit long.csv --model long.toml").run().exits(0);
     let read = || (bench.text("long.toml"), bench.text("long.journal.jsonl"), bench.names());
