@@ -43,6 +43,16 @@ fn cases_of(plans: Vec<Plan>, shift: u64) -> Vec<Case> {
         .collect()
 }
 
+/// Whether two standard uncertainties of every number of a named effect, phases apart, reach to zero.
+pub fn names_what_may_be_zero(found: &Diagnosis) -> bool {
+    let numbers = &found.steps.last().expect("a step").parameters;
+    let is_known = |effect: &Effect| {
+        let sizes = effect.parameters().iter().filter(|p| p.name != "phi" && p.name != "phase");
+        sizes.map(|p| numbers[&format!("{effect}.{}", p.name)]).any(|q| !q.holds(0.0, 2.0))
+    };
+    found.effects.iter().any(|e| !e.is_random() && !is_known(e))
+}
+
 impl Case {
     fn names(&self) -> String {
         self.found.effects.iter().map(|e| e.id()).collect::<Vec<_>>().join("+")
@@ -59,14 +69,8 @@ impl Case {
         found.len() == truth.len() && truth.iter().all(|t| found.iter().any(|f| stands_for(f, t)))
     }
 
-    /// Whether two standard uncertainties of every number of a named effect, phases apart, reach to zero.
     fn names_what_may_be_zero(&self) -> bool {
-        let numbers = &self.found.steps.last().expect("a step").parameters;
-        let is_known = |effect: &Effect| {
-            let sizes = effect.parameters().iter().filter(|p| p.name != "phi" && p.name != "phase");
-            sizes.map(|p| numbers[&format!("{effect}.{}", p.name)]).any(|q| !q.holds(0.0, 2.0))
-        };
-        self.found.effects.iter().any(|e| !e.is_random() && !is_known(e))
+        names_what_may_be_zero(&self.found)
     }
 
     fn last_over_true_noise(&self) -> f64 {
@@ -136,8 +140,10 @@ fn coverage(cases: &[Case]) -> [(usize, usize); 2] {
     [sizes, modal]
 }
 
+/// Each effect but the flexible ones, of any amplitude. The short test of single effects is in `same_answer`: every
+/// effect on a rig drawn alike, from 16 deg.
 #[test]
-fn one_hidden_effect_is_named_and_its_size_found() {
+fn one_hidden_effect_is_named_and_its_size_found_at_full_size() {
     let n = number("YAWRIG_HIDDEN", 14);
     let plan = |i: u64| Plan {
         effects: vec![hidden()[i as usize % hidden().len()].clone()],
@@ -234,7 +240,7 @@ fn two_hidden_effects_are_both_named_and_nothing_else() {
 /// As far from the noise as measured records are, where pieces of them show nothing that follows time.
 #[test]
 fn pairs_far_from_the_noise_are_both_named() {
-    let n = number("YAWRIG_FAR", 6);
+    let n = number("YAWRIG_FAR", 4);
     // What takes energy out ends the motion before it is so far off, and forcing outgrows it.
     let no_swing = [
         Effect::CoulombFriction,
@@ -251,7 +257,7 @@ fn pairs_far_from_the_noise_are_both_named() {
     let right = cases.iter().filter(right).count();
     let slowest = cases.iter().map(|c| c.seconds).fold(0.0, f64::max);
     println!("far pairs named exactly: {right} of {n}; slowest {slowest:.1} s");
-    // Of sixty, drawn with seeds 0 and 1, 58 are.
+    // Of sixty, drawn with seeds 0 and 1, 58 are: of four all.
     assert!(right as f64 >= 0.8 * n as f64);
 }
 
