@@ -13,6 +13,7 @@ import { toldApart } from "./scripts/releases.js";
 import { height, short } from "./scripts/steps.js";
 import * as summaries from "./scripts/summaries.js";
 import { digits, make, ratio } from "./scripts/talk.js";
+import { unpacked } from "./scripts/unpack.js";
 
 /** A classic script, which leaves its name behind. */
 const text = readFileSync(new URL("./scripts/plots.js", import.meta.url), "utf8");
@@ -128,4 +129,25 @@ test("a panel says in a sentence what it shows", () => {
   assert.equal(summaries.cut([], u.coordinate, u.of, w, u), "No missing moment over yaw angle is known.");
   assert.equal(summaries.spectrum(w), "Spectrum of the residual, largest at 1.2 Hz: 57 times the noise's power.");
   assert.equal(summaries.amplitude([[2, 7.4, 0.01, 0.02, 0.001, 9], [12, 7.5, 0.001, 0.01, 0.0001, 1]], 1, "Natural frequency in rad/s", u), "Natural frequency in rad/s against amplitude, from 7.5 ± 0.001 at 12 deg to 7.4 ± 0.01 at 2 deg.");
+});
+
+test("what another program packed is unpacked, and what is damaged refused", () => {
+  const words = ["damping", "stiffness", "yaw", "angle", "rate", "drift", "noise", "swing", "spring", "release"], all = [];
+  for (let k = 0, x = 1; k < 700; k++) {
+    x = (x * 75 + 74) % 65537;
+    all.push(words[x % 10]);
+  }
+  // Of `xz --format=lzma`'s library, lc=4 and pb=0 as the page's module; every kind of step is in it.
+  const packed = Buffer.from(
+    "BAAAAQDLEQAAAAAAAAA5GhTO7LEJEKee5BJTO0nlIhOaUlmLFUpLuzRjOVddL331TDPQQE/OdsTgAeeco7RKcUhom9yQLxtUu1+Tok4WQ9Gndg6FYIQJsaSTR2NqEpOEjBLrveuRt+nO" +
+    "p4+QciJCJG3lzY7UUCpV5dH/lanj2s2IqhmfV9YO+TAKAvHKlYylSu8MqRED/m4SzYqeqpu8Gu6/p7sXfFG1ZrcfVDj4fFwHFn+kMklayFMzbeVDcEVYyF6BH8GAsMj1w87GLs0qP3M+" +
+    "nCD/nblXyjDNzUxFG1r1HaRmU9ouOksP3OhXzOQbZ+K/6qo5kTq8xvUKSGkqmNubnfDBjlJnQ/5VBKQ8iOuyKfSjdpqw/Io+2zMpMh+T7/N7W0ESr7yJlTa0NxspE6cjwAE4SOSfxvP+" +
+    "8dY9EDzq7n4DKRZupX0nVbn8i6FvXDWZOyvHEA0brC3fQPmbW3sNmfDwGS4EEB+YejxpctNXydkAmdE/xvnxL9nfY4fBWOA4ZczpJCVcc7sTQekgLiSZaMpI9ereqMsZDkq40Co1/PQJ" +
+    "S8g4anao7cueKaIcKmXx8ODg8Ipe+IfJbyzHdlG1HzMawRLrQR0InIZa4ggh/eZ3pkZTcsxapvylv63c/9z8TA5DS7pHdVO2iePefWoTPpxdqF7rMzT+HxJIeQ6IlSng+1cJu0EHBI80" +
+    "zH7aOpOWOwV2GzWGaXmS3gx3KwWFQ/PoJy55R3XQWH+LtmAIJ5nWFIlqo/WB+hUyXI1S5vZYJsZgyK8gF1GnKCR8j1bBWU3yi1+WsPO12gi2QNJQLOA/NgYvg2tYxXttx7R3r6NT+CbM" +
+    "2SDVCKrCmhuEBbK1KibovmwzForIkVfPmzOGwZwWwC+4HLI+VFqg6SsJGWzv80phiioLTELtJbILBcQT//fPmt4=",
+    "base64",
+  );
+  assert.equal(new TextDecoder().decode(unpacked(packed)), all.join(" "));
+  assert.throws(() => unpacked(Uint8Array.from(packed, (byte, at) => (at < 14 ? byte : 255))), /damaged/);
 });

@@ -142,9 +142,10 @@ pub fn answer(
     match verb {
         "identify" => parsed::<identify::Identify>(arguments)?.answer(records, progress),
         "diagnose" => parsed::<diagnose::Diagnose>(arguments)?.answer(records),
-        "compare" => parsed::<compare::Compare>(arguments)?.answer(records),
-        "law" => parsed::<law::Law>(arguments)?.answer(records),
         #[cfg(not(target_family = "wasm"))]
+        "compare" => parsed::<compare::Compare>(arguments)?.answer(records),
+        #[cfg(not(target_family = "wasm"))]
+        "law" => parsed::<law::Law>(arguments)?.answer(records),
         #[cfg(not(target_family = "wasm"))]
         verb => with_files(verb, arguments, progress),
         #[cfg(target_family = "wasm")]

@@ -3,7 +3,7 @@
 import * as store from "./store.js";
 
 /** What the page says where the worker cannot be had. */
-export const GONE = { message: "yawrig cannot be loaded in this browser", help: "open the page from a web server, in a browser of 2022 or later" };
+export const GONE = { message: "yawrig cannot be loaded in this browser", help: "open the page from a web server, in a browser of 2023 or later" };
 const CANCELLED = { message: "cancelled; nothing is changed", help: "" };
 
 /** @typedef {{ resolve: (value: any) => void, reject: (fault: Error) => void }} Waiting */
@@ -30,11 +30,18 @@ export function listen(says, tells) { said = says; told = tells; }
 let module = null;
 export const compiled = () => module ??= compile();
 async function compile() {
-  const answer = await fetch("yawrig_bg.wasm");
-  if (!answer.ok) throw new Error(`yawrig_bg.wasm: ${answer.status}`);
-  // A server that does not know the type says another.
-  return WebAssembly.compile(await answer.arrayBuffer());
+  const answer = await fetch("yawrig.lzma");
+  if (!answer.ok) throw new Error(`yawrig.lzma: ${answer.status}`);
+  return WebAssembly.compile(await unpacked(await answer.arrayBuffer()));
 }
+
+/** @param {ArrayBuffer} packed @returns {Promise<Uint8Array<ArrayBuffer>>} */
+const unpacked = (packed) => new Promise((resolve, reject) => {
+  const now = new Worker("unpack-worker.js", { type: "module" });
+  now.onmessage = ({ data }) => { now.terminate(); resolve(data); };
+  now.onerror = () => { now.terminate(); reject(thrown(GONE)); };
+  now.postMessage(packed, [packed]);
+});
 
 /** @param {{ message: string, help: string }} fault */
 const thrown = (fault) => Object.assign(new Error(fault.message), fault);

@@ -66,6 +66,8 @@ pub fn still() -> Vec<(&'static str, Asset)> {
         ("store.js", script!("store")),
         ("phone.js", script!("phone")),
         ("worker.js", script!("worker")),
+        ("unpack-worker.js", script!("unpack-worker")),
+        ("unpack.js", script!("unpack")),
         // A worker in the server's place.
         ("talk.js", script!("talk-worker")),
         // A board in the place of all that can be followed.

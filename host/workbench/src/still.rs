@@ -19,7 +19,7 @@ const SOURCES: Option<&str> = match option_env!("YAWRIG_WITHOUT_SOURCES") {
 /// Beside a program that is given away, what the script builds.
 const BESIDE: &str = "yawrig-web";
 /// The module and the script between it and the page.
-const MODULE: [&str; 2] = ["yawrig_bg.wasm", "yawrig.js"];
+const MODULE: [&str; 2] = ["yawrig.lzma", "yawrig.js"];
 /// What keeps the page in the browser.
 const OFFLINE: &str = "offline.js";
 /// What builds it, from the root of the sources.

@@ -11,6 +11,7 @@ mod law;
 mod live;
 mod looks;
 mod measured;
+mod module;
 mod page;
 mod phone;
 mod plug;

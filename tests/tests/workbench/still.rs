@@ -17,7 +17,7 @@ use tempfile::TempDir;
 use yawrig_tests::browser::{Browser, Window};
 use yawrig_tests::process::yawrig;
 
-const WINDOW: Window = Window { width: 1280, height: 800, is_dark: false };
+pub const WINDOW: Window = Window { width: 1280, height: 800, is_dark: false };
 /// A record whose decay is that of a second-order model, at a rate of its own.
 const PLAIN: &str =
     "simulate --natural-frequency 9.1 --damping 0.011 --rate-hz 250 --seed 4 --out plain.csv";
@@ -59,6 +59,11 @@ impl Served {
         browser.open(&format!("{}/", self.origin));
         browser.wait(IS_EMPTY);
         browser
+    }
+
+    /// The page's files.
+    pub fn page(&self) -> PathBuf {
+        self.folder.path().join("page")
     }
 
     fn printed(&self, arguments: &str) -> String {
