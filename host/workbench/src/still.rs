@@ -69,10 +69,10 @@ fn example() -> Result<String> {
     let effects = Effects::new(planted.collect::<yawrig_rig::Result<Vec<Effect>>>()?)?;
     let truth = Modal { natural_frequency_rad_s: 7.5, damping_ratio: 0.008 };
     let start = Start::default().limited(&truth, &effects);
-    let sensor = Sensor { rate_hz: 200.0, ..Sensor::default() };
+    let sensor = Sensor { rate_hz: 100.0, ..Sensor::default() };
     let mut text = "time_s,yaw_deg\n".to_owned();
     for sample in Samples::with_effects(&truth, &effects, &start, &sensor, 1)? {
-        let _ = writeln!(text, "{:.3},{:.3}", sample.time_s, sample.yaw_deg);
+        let _ = writeln!(text, "{:.2},{:.2}", sample.time_s, sample.yaw_deg);
     }
     Ok(text)
 }

@@ -44,20 +44,21 @@ fn counts(rig: &Rig, condition: &Condition, seed: u64) -> Vec<u16> {
 }
 
 /// Plays them twenty times as fast as a rig swings.
-fn play(board: &Board, counts: &[u16]) {
+fn play(board: &Board, plug: &Plug, counts: &[u16]) {
     for some in counts.chunks(50) {
         board.samples(some);
+        plug.take();
         std::thread::sleep(Duration::from_micros(2500));
     }
 }
 
 /// The same, no further ahead of the page than half of what it asks for at a time: a stall of a busy machine is as
 /// many times longer for a rig that swings faster.
-fn play_to(browser: &mut Browser, board: &Board, counts: &[u16]) {
+fn play_to(browser: &mut Browser, (board, plug): (&Board, &Plug), counts: &[u16]) {
     const TOLD: &str = "+(document.querySelector('#live-count').dataset.samples ?? 0) + +(document.querySelector('#live-count').dataset.missing ?? 0)";
     let before = browser.value(TOLD).as_u64().expect("a number");
     for (k, some) in counts.chunks(10_000).enumerate() {
-        play(board, some);
+        play(board, plug, some);
         browser.wait(&format!("{TOLD} >= {}", before + 10_000 * k as u64));
     }
 }
@@ -108,7 +109,8 @@ fn set(browser: &mut Browser, condition: &Condition, rig: &Rig) {
 #[ignore = "needs Chromium: tests/run runs it"]
 fn a_board_is_followed_at_the_plug() {
     let board = Board::named("pico");
-    let (served, mut browser) = opened(Plug::board(&board));
+    let plug = Plug::board(&board);
+    let (served, mut browser) = opened(plug.clone());
     browser.wait("document.querySelector('#plot-live').textContent.includes('choose the board')");
     connect(&mut browser);
     browser.wait("document.querySelector('#board-text').textContent.includes('network')");
@@ -124,7 +126,7 @@ fn a_board_is_followed_at_the_plug() {
     let on = Condition { wind_speed_m_s: 10.0, ..off };
     for (k, condition) in [off, on].iter().enumerate() {
         set(&mut browser, condition, &rig);
-        play_to(&mut browser, &board, &counts(&rig, condition, 66 + 2 * k as u64));
+        play_to(&mut browser, (&board, &plug), &counts(&rig, condition, 66 + 2 * k as u64));
         let refined = "document.querySelectorAll('#live-log [data-event=refined]').length";
         browser.wait(&format!("{refined} === {}", k + 1));
         // As planted, by what it says itself of how far it may be off.
@@ -167,7 +169,7 @@ fn a_board_is_followed_at_the_plug() {
     assert_eq!(kept(&mut browser, ".csv").len(), 2);
     // Let go while what it says waits for a busy page: it stays let go, and what it said is still there.
     let (more, inside) = (counts(&rig, &off, 71), board.clone());
-    let playing = std::thread::spawn(move || play(&inside, &more[..more.len() / 4]));
+    let playing = std::thread::spawn(move || play(&inside, &plug, &more[..more.len() / 4]));
     browser.value("(() => { const from = performance.now(); while (performance.now() - from < 500); document.querySelector('#live-connect').click(); })()");
     browser.wait("document.querySelector('#live-connect').textContent === 'Connect'");
     playing.join().expect("it plays");
@@ -250,7 +252,7 @@ fn no_result_is_lost_while_the_plug_is_out() {
     let counts = counts(&rig, &condition, 67);
     let half = counts.len() / 3;
     browser.wait("!document.querySelector('#live-mark').disabled");
-    play(&board, &counts[..half]);
+    play(&board, &plug, &counts[..half]);
     browser.wait("document.querySelectorAll('#live-log [data-event=window]').length > 0");
     plug.pull();
     browser.wait("document.querySelector('#live-log [data-event=disconnected]')");
@@ -259,7 +261,7 @@ fn no_result_is_lost_while_the_plug_is_out() {
     let before = lines(&mut browser, "window").len();
     assert!(before > 0, "kept at once");
     // It has a power supply of its own and goes on.
-    play(&board, &counts[half..]);
+    play(&board, &plug, &counts[half..]);
     plug.put_back();
     browser.value("pluggedInAgain()");
     browser.wait("document.querySelector('#live-log [data-event=release]')");

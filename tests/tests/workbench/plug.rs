@@ -77,6 +77,15 @@ impl Plug {
         self.inner().is_in = false;
     }
 
+    /// What the far end has to say is taken, as a computer's driver does however busy its programs are.
+    pub fn take(&self) {
+        let mut inner = self.inner();
+        if inner.is_in {
+            let said = (inner.far)(&[]);
+            inner.said.extend(said);
+        }
+    }
+
     pub fn put_back(&self) {
         let mut inner = self.inner();
         (inner.is_in, inner.said) = (true, Vec::new());
