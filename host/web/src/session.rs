@@ -8,7 +8,6 @@ use serde_json::{json, Value};
 use std::path::{Component, Path, PathBuf};
 use yawrig_base::disk;
 use yawrig_base::error::{Error, Result};
-use yawrig_model::document::DEFAULT;
 use yawrig_records::Selection;
 use yawrig_report::channels;
 use yawrig_session::job::Job;
