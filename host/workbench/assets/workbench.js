@@ -48,6 +48,7 @@ function take(/** @type {State} */ now) {
   state = now;
   releases.draw(state, choose, failed);
   steps.draw(state, act);
+  if (seen.release === null && state.releases.length && !follow(address.read())) choose((state.releases.find((r) => !r.is_left_out) || state.releases[0]).id);
   drawHead(state);
   drawJob(state.job);
   const key = JSON.stringify([state.model, state.own, state.steps.length]);
@@ -68,7 +69,6 @@ function take(/** @type {State} */ now) {
     derivatives.refresh(state, act).catch(failed);
   }
   drawSide(state);
-  if (seen.release === null && state.releases.length && !follow(address.read())) choose((state.releases.find((r) => !r.is_left_out) || state.releases[0]).id);
 }
 
 /** What has happened to the model other than by a page: by a command, or by hand.

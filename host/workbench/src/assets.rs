@@ -76,6 +76,7 @@ pub fn still() -> Vec<(&'static str, Asset)> {
         ("kept.js", script!("kept")),
         ("plug.js", script!("plug")),
         ("campaign.js", script!("absent")),
+        ("example.csv", asset!("text/csv; charset=utf-8", "example.csv")),
     ];
     let shared = [
         "workbench.css",

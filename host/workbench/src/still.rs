@@ -2,13 +2,10 @@
 //! yawrig compiled to WebAssembly.
 
 use super::assets;
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::{built, files};
-use yawrig_rig::{Effect, Effects, Samples, Sensor, Start};
 use yawrig_shared::checksum::crc32;
-use yawrig_shared::modal::Modal;
 
 /// The module's workspace, where this program was built; none of a program that is given away
 /// (`tests/release`).
@@ -24,9 +21,6 @@ const MODULE: [&str; 2] = ["yawrig.lzma", "yawrig.js"];
 const OFFLINE: &str = "offline.js";
 /// What builds it, from the root of the sources.
 const BUILD: &str = "host/web/build";
-
-/// A release for who has none at hand.
-const EXAMPLE: &str = "example.csv";
 
 /// Writes the page to `folder`; its first file.
 ///
@@ -53,28 +47,12 @@ pub fn write(folder: &Path) -> Result<PathBuf> {
     all.extend(
         assets::still().into_iter().map(|(name, asset)| (name, asset.text.into_owned().into())),
     );
-    all.push((EXAMPLE, example()?.into()));
     all.push((OFFLINE, offline(&all).into()));
     files::make_folder(folder)?;
     for (name, bytes) in &all {
         files::write_atomically(&folder.join(name), bytes)?;
     }
     Ok(page)
-}
-
-/// Of the virtual rig, with what a page without an answer could not be tried on: dry friction and a spring that softens.
-fn example() -> Result<String> {
-    let planted = ["coulomb_friction:c=0.05", "cubic_stiffness:k3=-12"];
-    let planted = planted.iter().map(|text| text.parse());
-    let effects = Effects::new(planted.collect::<yawrig_rig::Result<Vec<Effect>>>()?)?;
-    let truth = Modal { natural_frequency_rad_s: 7.5, damping_ratio: 0.008 };
-    let start = Start::default().limited(&truth, &effects);
-    let sensor = Sensor { rate_hz: 100.0, ..Sensor::default() };
-    let mut text = "time_s,yaw_deg\n".to_owned();
-    for sample in Samples::with_effects(&truth, &effects, &start, &sensor, 1)? {
-        let _ = writeln!(text, "{:.2},{:.2}", sample.time_s, sample.yaw_deg);
-    }
-    Ok(text)
 }
 
 /// What keeps these files in the browser: another script where one of them is another.

@@ -280,7 +280,8 @@ fn what_is_looked_at_is_in_the_address_and_the_report_on_a_button() {
     browser.click("#tab-derivatives");
     browser.wait("location.hash.endsWith('&tab=derivatives')");
     let here = browser.value("location.href");
-    browser.value("location.reload()");
+    browser.open("about:blank");
+    browser.open(here.as_str().expect("an address"));
     let shown = format!(
         "import('./panels.js').then(p => p.seen.curves && p.seen.span[0] === {} && !document.querySelector('#pane-derivatives').hidden)",
         span[0]
