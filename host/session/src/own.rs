@@ -151,12 +151,7 @@ impl Form {
     fn pointed(&self, error: &Error) -> Value {
         let written = self.written();
         let text = &written.text;
-        let mut first_line = error.message.lines().next().unwrap_or("").to_owned();
-        if let Some((_, message)) = first_line.split_once(".toml:") {
-            // Drops line and column: the user has seen no file.
-            let message = message.splitn(3, ':').nth(2).unwrap_or(message);
-            first_line = message.trim().to_owned();
-        }
+        let first_line = unplaced(&error.message);
         let found = error.span.clone().and_then(|span| {
             let holds = |r: &Range<usize>| (r.start..=r.end).contains(&span.start);
             let (range, field) = written.fields.iter().find(|(range, _)| holds(range))?;
@@ -170,6 +165,13 @@ impl Form {
         });
         json!({"message": first_line, "help": error.help, "at": found})
     }
+}
+
+/// The first line without file, line and column: the user has seen no file.
+fn unplaced(message: &str) -> &str {
+    let line = message.lines().next().unwrap_or_default();
+    let told = line.split_once(".toml:").and_then(|(_, rest)| rest.splitn(3, ':').nth(2));
+    told.unwrap_or(line).trim()
 }
 
 /// Points of a drawn law.
@@ -220,7 +222,9 @@ pub fn preview(bench: &Bench, release: Option<usize>, form: &Form) -> Value {
     let (yaw_deg, of_yaw) = law(yaw_max, &|b| (b, 0.0));
     let mut warnings = String::new();
     for warning in &effect.warnings {
-        let _ = writeln!(warnings, "{warning}");
+        let _ = writeln!(warnings, "{}", unplaced(warning));
+        let help = warning.lines().map(str::trim).filter(|line| line.starts_with("help: "));
+        help.for_each(|line| warnings.extend([line, "\n"]));
     }
     json!({
         "id": effect.id,

@@ -139,6 +139,9 @@ pub fn an_own_effect_is_written(browser: &mut Browser, written: &Written) {
     browser.wait(
         "document.querySelector('.key.own').hidden && !document.querySelector('#own-add').disabled",
     );
+    let warned = browser.text("#own-error");
+    assert!(warned.starts_with("at its start values this puts energy into a swing"), "{warned}");
+    assert!(warned.contains("\nhelp: ") && !warned.contains(".toml"), "{warned}");
     browser.picture(&pictures().join("own-state.png"));
     browser.value("document.querySelector(\"[aria-label='take state 1 away']\").click()");
     browser.fill("[data-field=moment]", "-c * sign(r)");
