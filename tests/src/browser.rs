@@ -144,7 +144,7 @@ impl Browser {
         found.as_str().unwrap_or_else(|| panic!("{selector} is not on the page")).to_owned()
     }
 
-    /// Waits until a script is true. One that throws is not true yet: what it asks for may just be made anew.
+    /// Waits until a script, or what it promises, is true. One that throws is not true yet: what it asks for may just be made anew.
     ///
     /// # Panics
     /// Out of patience, with what the page says.
@@ -152,7 +152,7 @@ impl Browser {
     pub fn wait(&mut self, script: &str) {
         let until = Instant::now() + PATIENCE;
         loop {
-            let answer = self.evaluated(&format!("!!({script})"));
+            let answer = self.evaluated(&format!("(async () => !!(await ({script})))()"));
             if answer["result"]["value"] == true {
                 return;
             }

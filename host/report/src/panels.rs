@@ -59,7 +59,9 @@ impl Panels<'_> {
         let [from, to] = self.span;
         let (from_s, to_s) = (from.unwrap_or(first).max(first), to.unwrap_or(last).min(last));
         if from_s >= to_s || !(to_s - from_s).is_finite() {
-            return Err(Error::usage(format!("nothing lies between {from_s} s and {to_s} s")));
+            let span = [from.unwrap_or(first), to.unwrap_or(last)];
+            let what = format!("the record has nothing between {} s and {} s", span[0], span[1]);
+            return Err(Error::usage(what).help("show all of it (z)"));
         }
         let stretches = Stretches { from_s, to_s, count: (points / 2).clamp(10, MOST_POINTS) };
         // Times to a millionth of what is drawn.

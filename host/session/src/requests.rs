@@ -8,6 +8,7 @@ use serde::Deserialize;
 use serde_json::{json, Value};
 use std::path::Path;
 use yawrig_base::error::{Exit, Result};
+use yawrig_base::settings;
 use yawrig_records::place::Times;
 use yawrig_records::Selection;
 use yawrig_report::{channels, html, of_model, Made};
@@ -59,7 +60,7 @@ fn or_fault(drawn: Result<Value>) -> Result<Value> {
 /// Where there is no model yet, or a record of it cannot be read.
 pub fn report(bench: &Bench) -> Result<Value> {
     let path = bench.session().model_path.clone();
-    let made = Made::now(format!("yawrig report {}", path.display()));
+    let made = Made::now(settings::command("report", &[&path.display().to_string()], &[]));
     let html = html::page(&of_model(&path, made)?)?;
     Ok(json!({ "html": html }))
 }

@@ -5,12 +5,18 @@
 /** @returns {Place} */
 export function read() {
   const words = new URLSearchParams(location.hash.slice(1));
-  const time = (/** @type {string} */ name) => { const text = words.get(name); return text && isFinite(+text) ? +text : null; };
-  return { record: words.get("record"), span: [time("from_s"), time("to_s")], tab: words.get("tab") };
+  const [from, to] = ["from_s", "to_s"].map((name) => Number(words.get(name) ?? NaN));
+  return { record: words.get("record"), span: from < to && isFinite(to - from) ? [from, to] : [null, null], tab: words.get("tab") };
 }
 
 /** @param {Place} place */
 export function write({ record, span: [from, to], tab }) {
-  const words = new URLSearchParams(Object.entries({ record, from_s: from, to_s: to, tab }).flatMap(([name, x]) => (x === null ? [] : [[name, typeof x === "number" ? String(+x.toPrecision(6)) : x]])));
-  history.replaceState(null, "", `#${words}`);
+  // To a microsecond, whenever the record's clock began.
+  const time = (/** @type {number | null} */ t) => (t === null ? null : String(+t.toFixed(6)));
+  const words = Object.entries({ record, from_s: time(from), to_s: time(to), tab }).flatMap(([name, text]) => (text === null ? [] : [[name, text]]));
+  const now = `#${new URLSearchParams(words)}`;
+  if (now !== location.hash) history.replaceState(null, "", now);
 }
+
+/** What is closed is in no address. */
+export const forget = () => write({ record: null, span: [null, null], tab: null });

@@ -160,6 +160,7 @@ const Plots = (() => {
       if (!chart || !(event.ctrlKey || event.metaKey)) return;
       event.preventDefault();
       const { min, max } = scale(chart), x = chart.posToVal(event.clientX - chart.over.getBoundingClientRect().left, "x");
+      // By the root of e for a notch of 100 pixels, by e at most.
       const share = Math.exp(Math.max(-1, Math.min(1, event.deltaY / 200)));
       const now = limits = [x - (x - min) * share, x + (max - x) * share];
       chart.setData(data, true);

@@ -136,10 +136,10 @@ function drawJob(/** @type {Progress | null} */ job) {
 
 /** Shows what an address is of, where its record is here. @param {address.Place} place */
 function follow({ record, span, tab: name }) {
-  const shown = TABS.find((tab) => tab === name);
-  if (shown) tab(shown);
+  if (record === null) return false;
+  tab(TABS.find((tab) => tab === name) ?? TABS[0]);
   const release = state?.releases.find((r) => r.name === record);
-  if (record !== null && !release) failed({ message: `the address is of ${record}, which is not in the list`, help: "open it (o)" });
+  if (!release) failed({ message: `the address is of ${record}, which is not in the list`, help: "open it (o)" });
   if (release) choose(release.id, span);
   return !!release;
 }
@@ -319,4 +319,4 @@ function start() {
 start();
 
 /** What the page that needs no server adds to it. */
-export const page = { say, failed, opened, refresh: async () => { seen.release = null; await fetchState(); await panels.refresh(); } };
+export const page = { say, failed, opened, refresh: async () => { seen.release = null; address.forget(); await fetchState(); await panels.refresh(); } };

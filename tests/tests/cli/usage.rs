@@ -35,6 +35,11 @@ fn every_verb_explains_itself() {
         assert!(help.stdout.contains(&format!("\n  {verb} ")), "{}", help.report());
         let own = yawrig(verb).and("--help").run().exits(0);
         assert!(own.stdout.contains(&format!("Usage: yawrig {verb}")), "{}", own.report());
+        let has_no_letter = |line: &str| {
+            let option = line.strip_prefix("      ").and_then(|rest| rest.split(' ').next());
+            ["--out", "--device", "--model", "--json"].map(Some).contains(&option)
+        };
+        assert!(!own.stdout.lines().any(has_no_letter), "{}", own.report());
     }
     let version = yawrig("--version").run().exits(0);
     assert_eq!(version.stdout.trim(), format!("yawrig {}", env!("CARGO_PKG_VERSION")));
