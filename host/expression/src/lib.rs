@@ -134,6 +134,16 @@ impl OwnEffect {
         self.programs().any(Program::uses_wind)
     }
 
+    /// Whether moment and rates of its states are linear in yaw angle, yaw rate and states.
+    ///
+    /// ```
+    /// let lag = yawrig_expression::ready_made("first_order_lag").expect("it is there");
+    /// assert!(lag.is_linear());
+    /// ```
+    pub fn is_linear(&self) -> bool {
+        self.programs().all(|p| p.is_linear(self.parameters.len()))
+    }
+
     fn programs(&self) -> impl Iterator<Item = &Program> {
         std::iter::once(&self.program).chain(self.states.iter().map(|s| &s.rate_program))
     }

@@ -140,6 +140,39 @@ impl Program {
         self.uses(Input::Time)
     }
 
+    /// Whether it is linear in yaw angle, yaw rate and states (its numbers beyond so many `parameters`) and nothing
+    /// else changes it on the way.
+    pub(super) fn is_linear(&self, parameters: usize) -> bool {
+        let mut degrees: Vec<u32> = Vec::new();
+        // More than linear, whatever it is.
+        const BENT: u32 = 2;
+        for instruction in &self.instructions {
+            let degree = match *instruction {
+                Instruction::Input(Input::Yaw | Input::Rate) => 1,
+                Instruction::Input(Input::NaturalFrequency | Input::Wind) => 0,
+                Instruction::Input(_) => BENT,
+                Instruction::Number(_) => 0,
+                Instruction::Parameter(k) => u32::from(usize::from(k) >= parameters),
+                _ => {
+                    let last = degrees.pop().unwrap_or(BENT);
+                    let any = |degree: u32| if degree == 0 { 0 } else { BENT };
+                    let mut two = |of: fn(u32, u32) -> u32| of(degrees.pop().unwrap_or(BENT), last);
+                    match *instruction {
+                        Instruction::Negate | Instruction::WholePower(1) => last,
+                        Instruction::Binary(Operator::Add | Operator::Subtract) => two(u32::max),
+                        Instruction::Binary(Operator::Multiply) => two(|a, b| (a + b).min(BENT)),
+                        Instruction::Binary(Operator::Divide) if last == 0 => two(|a, _| a),
+                        Instruction::Binary(_) => any(two(u32::max)),
+                        Instruction::Call(f) if takes_two(f) => any(two(u32::max)),
+                        _ => any(last),
+                    }
+                }
+            };
+            degrees.push(degree);
+        }
+        degrees == [0] || degrees == [1]
+    }
+
     fn uses(&self, input: Input) -> bool {
         self.instructions.contains(&Instruction::Input(input))
     }

@@ -2,6 +2,7 @@
 
 mod along;
 mod at_times;
+mod linear_states;
 pub(crate) mod oscillator;
 mod own_effects;
 pub(crate) mod own_motion;

@@ -1,5 +1,6 @@
 //! The states of a user's own effects on the way: where a motion begins, at rest, and along a given one.
 
+use super::linear_states::Linear;
 use super::oscillator::{Flow, Motion, Walk};
 use super::own_effects::{Own, States};
 use super::own_motion::Walker;
@@ -85,21 +86,28 @@ impl Motion {
         if self.amplitude_rad() == 0.0 {
             return self.own_states_held_at(self.yaw_rad);
         }
+        let linear = Linear::of(self);
         if start_s * wn <= FROM_RELEASE * TAU {
             let release = Trace::of(self, start_s.max(0.0), start_s);
             let held = |began: &Self, _: Option<States>| began.own_states_held_at(began.yaw_rad);
-            let found = release.back(&held);
+            let held_at = |yaw_rad: f64| self.own_states_held_at(yaw_rad);
+            let near = linear.as_ref().and_then(|l| l.begun(self, release.back_s, &held_at));
+            let found = release.back(near, &held);
             let at_rest =
                 |began: &Self| began.rate_rad_s.abs() <= AT_REST * wn * self.amplitude_rad();
             if let Some((z, _)) = found.filter(|(_, began)| at_rest(began)) {
                 return z;
             }
         }
+        let swinging = linear.and_then(|l| l.swinging([self.yaw_rad, self.rate_rad_s]));
+        if let Some(z) = swinging {
+            return z;
+        }
         let cycle = Trace::of(self, TAU / wn, start_s);
         let middle = self.own_states_held_at(self.rest_rad());
         // Once round is where it begins again.
         let round = |_: &Self, last: Option<States>| last.unwrap_or(middle);
-        cycle.back(&round).map_or(States::default().map(|_| f64::NAN), |(z, _)| z)
+        cycle.back(None, &round).map_or(States::default().map(|_| f64::NAN), |(z, _)| z)
     }
 }
 
@@ -116,20 +124,26 @@ impl<'a> Trace<'a> {
     }
 
     /// The states now, and angle and rate where the way began, with the states that `first` gives for that and
-    /// for those at the end of the last try; none where no way leads here.
-    fn back(&self, first: &dyn Fn(&Motion, Option<States>) -> States) -> Option<(States, Motion)> {
+    /// for those at the end of the last try; none where no way leads here. From angle and rate `near` where it
+    /// began, with how these depend on the end, or from those of the plain model.
+    fn back(
+        &self,
+        near: Option<([f64; 2], Matrix2<f64>)>,
+        first: &dyn Fn(&Motion, Option<States>) -> States,
+    ) -> Option<(States, Motion)> {
         let motion = self.motion;
         let wn = motion.natural_frequency_rad_s;
-        let (yaw_rad, rate_rad_s) = motion.linear_state(-self.back_s);
+        // The dependence is then as is seen of it (C. G. Broyden, Math. Comput. 19, 1965).
+        let ([yaw_rad, rate_rad_s], mut inverse) = near.unwrap_or_else(|| {
+            let (b, r) = motion.linear_state(-self.back_s);
+            let Flow([p, q, u, v]) = motion.flow(-self.back_s);
+            ([b, r], Matrix2::new(p, q * wn, u / wn, v))
+        });
         let mut began = Motion { yaw_rad, rate_rad_s, ..motion.clone() };
         began.terms.precise = true;
         if self.back_s == 0.0 {
             return Some((first(&began, None), began));
         }
-        // How the beginning depends on the end: at first as the plain model's; then as is seen of it (C. G.
-        // Broyden, Math. Comput. 19, 1965).
-        let Flow([p, q, u, v]) = motion.flow(-self.back_s);
-        let mut inverse = Matrix2::new(p, q * wn, u / wn, v);
         let (mut last, mut before): (Option<States>, Option<[Vector2<f64>; 2]>) = (None, None);
         for _ in 0..TRIES {
             let z = first(&began, last);

@@ -59,7 +59,7 @@ impl Motion {
         let h = grid.step_s / substeps;
         let own = match terms.swift && !terms.precise && !terms.own().is_empty() {
             false => None,
-            true => SmoothOwn::of(terms, wn, self.amplitude_rad(), h),
+            true => SmoothOwn::of(self, [grid.start_s, h]),
         };
         if own.is_none() && terms.adapts_steps() {
             let steps = (substeps as u64).saturating_mul(grid.count as u64);
@@ -173,17 +173,28 @@ impl Walk for Walker<'_> {
     fn advance(&mut self, b: f64, r: f64, t: f64) -> (f64, f64) {
         let middle = t + self.half;
         let drive = self.drive.step();
-        if !(self.turns && self.piece.direction == 0.0) {
-            let moment =
-                self.motion.terms.constant_moment_rad_s2 - self.friction * self.piece.direction;
-            let (half_b, half_r) = self.travel(b, r, moment, self.half);
-            let kicked = self.kick(half_b, half_r, middle, drive);
-            let (next_b, next_r) = self.travel(half_b, kicked, moment, self.half);
-            if !self.turned(next_r) && self.edge(half_b).is_none() && self.edge(next_b).is_none() {
-                return (next_b, next_r);
-            }
+        if self.turns && self.piece.direction == 0.0 {
+            // As it is held.
+            self.remember(b, 0.0, b);
+            let end = self.with_corners(b, r, middle, drive);
+            self.remember(b, 0.0, b);
+            return end;
         }
-        self.with_corners(b, r, middle, drive)
+        let moment =
+            self.motion.terms.constant_moment_rad_s2 - self.friction * self.piece.direction;
+        let rest = moment / self.stiffness;
+        let (half_b, half_r) = self.travel(b, r, moment, self.half);
+        self.remember(b, r, rest);
+        let kicked = self.kick(half_b, half_r, middle, drive);
+        let (next_b, next_r) = self.travel(half_b, kicked, moment, self.half);
+        let is_smooth =
+            !self.turned(next_r) && self.edge(half_b).is_none() && self.edge(next_b).is_none();
+        let end = match is_smooth {
+            true => (next_b, next_r),
+            false => self.with_corners(b, r, middle, drive),
+        };
+        self.remember(half_b, kicked, rest);
+        end
     }
 
     fn acceleration(&self, b: f64, r: f64, t: f64) -> f64 {
@@ -215,6 +226,14 @@ impl<'a> Walker<'a> {
             own,
             friction,
             drive: motion.terms.drive(start_s + half, 2.0 * half),
+        }
+    }
+
+    /// Own effects that have states, half a step on from there, the middle of the motion being `rest`.
+    #[inline]
+    fn remember(&mut self, b: f64, r: f64, rest: f64) {
+        if let Some(own) = &mut self.own {
+            own.go(b - rest, r, rest);
         }
     }
 

@@ -4,31 +4,40 @@
 //! of the moment, continuous there, is a kick as those of the library are. What changes too much within a
 //! step, as tanh(r / 0.002) does, is left to `own_motion`.
 
-use crate::effects::Terms;
+use super::linear_states::Late;
+use super::oscillator::Motion;
 use std::cell::RefCell;
-use yawrig_expression::Prepared;
+use yawrig_expression::{OwnTerm, Prepared};
 
 /// The own effects of one motion.
 pub(super) struct SmoothOwn {
     each: RefCell<Vec<Prepared>>,
     /// The jump at r = 0 as dry friction, rad/s2.
     pub(crate) friction_rad_s2: f64,
+    /// What has states, all of it linear.
+    late: Option<Late>,
 }
 
 impl SmoothOwn {
-    /// The own effects of `terms` for steps of `step_s`, where all of them can be followed so.
-    /// `amplitude_rad`, at `wn` in rad/s: how far the motion goes.
-    pub(super) fn of(terms: &Terms, wn: f64, amplitude_rad: f64, step_s: f64) -> Option<Self> {
-        // States take steps of their own.
-        if terms.own().iter().any(|own| !own.effect.states.is_empty()) {
-            return None;
-        }
-        let prepared = |own: &yawrig_expression::OwnTerm| own.prepared(wn, terms.wind_speed_m_s).0;
-        let mut own = Self {
-            each: RefCell::new(terms.own().iter().map(prepared).collect()),
-            friction_rad_s2: 0.0,
+    /// The own effects of `motion` for steps of `step_s` from `start_s` on, where all of them can be followed so.
+    pub(super) fn of(motion: &Motion, [start_s, step_s]: [f64; 2]) -> Option<Self> {
+        let (terms, wn) = (&motion.terms, motion.natural_frequency_rad_s);
+        let (late, others): (Vec<&OwnTerm>, Vec<&OwnTerm>) =
+            terms.own().iter().partition(|own| !own.effect.states.is_empty());
+        // Within a dead zone the spring that the half steps have does not act.
+        let late = match late.is_empty() {
+            true => None,
+            false if terms.dead_zone_rad > 0.0 => return None,
+            false => Some(Late::of(motion, motion.own_states_at(start_s), 0.5 * step_s)?),
         };
-        let (a, v) = (amplitude_rad, wn * amplitude_rad);
+        let prepared = |own: &OwnTerm| own.prepared(wn, terms.wind_speed_m_s).0;
+        let mut own = Self {
+            each: RefCell::new(others.into_iter().map(prepared).collect()),
+            friction_rad_s2: 0.0,
+            late,
+        };
+        let a = motion.amplitude_rad();
+        let v = wn * a;
         let sign = |x: f64| if x == 0.0 { 1.0 } else { x.signum() };
         let at = |b: f64, r: f64| own.sum(b * a, r * v, 0.0, sign(r), sign(b));
         // Angles and rates, of the amplitude, at which the moment is looked at.
@@ -82,6 +91,15 @@ impl SmoothOwn {
     pub(super) fn moment(&self, b: f64, r: f64, t: f64) -> f64 {
         let direction = if r < 0.0 { -1.0 } else { 1.0 };
         let side = if b < 0.0 { -1.0 } else { 1.0 };
-        self.sum(b, r, t, direction, side) + self.friction_rad_s2 * direction
+        let late = self.late.as_ref().map_or(0.0, |late| late.moment(b, r));
+        self.sum(b, r, t, direction, side) + self.friction_rad_s2 * direction + late
+    }
+
+    /// Half a step on from this deflection and rate about a middle.
+    #[inline]
+    pub(super) fn go(&mut self, deflection: f64, r: f64, middle: f64) {
+        if let Some(late) = &mut self.late {
+            late.go(deflection, r, middle);
+        }
     }
 }
