@@ -16,6 +16,7 @@ use crate::motion::piece::Piece;
 pub(crate) use crate::motion::side_by_side::readings_of_all;
 use crate::motion::smooth_own::SmoothOwn;
 use crate::record::Derivative;
+use std::cell::Cell;
 
 impl Motion {
     /// The reading at every instant of `grid`, rad.
@@ -157,6 +158,9 @@ pub(super) struct Walker<'a> {
     motion: &'a Motion,
     half: f64,
     pub(super) flow: Flow,
+    /// Over a whole step, and the last two over another time, s: about a corner each is asked for several times.
+    whole: Flow,
+    others: Cell<[(f64, Flow); 2]>,
     pub(super) stiffness: f64,
     decay: f64,
     /// There is something that changes where the rate changes sign.
@@ -214,10 +218,13 @@ impl<'a> Walker<'a> {
         let friction =
             motion.terms.dry_friction_rad_s2 + own.as_ref().map_or(0.0, |own| own.friction_rad_s2);
         let state = [motion.yaw_rad, motion.rate_rad_s];
+        let whole = motion.flow(2.0 * half);
         Self {
             motion,
             half,
             flow: motion.flow(half),
+            whole,
+            others: Cell::new([(2.0 * half, whole); 2]),
             stiffness: motion.natural_frequency_rad_s.powi(2),
             decay: motion.damping_ratio * motion.natural_frequency_rad_s,
             turns: friction > 0.0 || motion.terms.turns(),
@@ -346,6 +353,24 @@ impl<'a> Walker<'a> {
         ((damped * r * direction).atan2(opposing * direction) / damped).min(left)
     }
 
+    /// The plain model's over `tau`.
+    #[inline]
+    fn flow_of(&self, tau: f64) -> Flow {
+        if tau == self.half {
+            return self.flow;
+        }
+        if tau == 2.0 * self.half {
+            return self.whole;
+        }
+        let [last, before] = self.others.get();
+        if let Some((_, known)) = [last, before].into_iter().find(|(known_s, _)| *known_s == tau) {
+            return known;
+        }
+        let flow = self.motion.flow(tau);
+        self.others.set([(tau, flow), last]);
+        flow
+    }
+
     /// b and r after `tau` under the constant `moment` and the spring of this side.
     fn travel(&self, b: f64, r: f64, moment: f64, tau: f64) -> (f64, f64) {
         let g = self.motion.terms.dead_zone_rad;
@@ -360,7 +385,7 @@ impl<'a> Walker<'a> {
             };
             return (b + r * run + moment * fall, r * (-x).exp() + moment * run);
         }
-        let Flow([p, q, u, v]) = if tau == self.half { self.flow } else { self.motion.flow(tau) };
+        let Flow([p, q, u, v]) = self.flow_of(tau);
         let middle = self.piece.slack(g) + moment / self.stiffness;
         let x = b - middle;
         (middle + p * x + q * r, u * x + v * r)
