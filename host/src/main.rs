@@ -2,7 +2,7 @@
 
 fn main() -> std::process::ExitCode {
     yawrig_base::message::listen(&yawrig::terminal::Terminal);
-    yawrig_base::settings::spell(&yawrig::flags::Flags);
+    yawrig_base::settings::spell(&yawrig_verbs::flags::Flags);
     let arguments = yawrig::cli::Cli::from_command_line();
     // Catches SIGINT, SIGTERM and SIGHUP from now on; a second one ends the process at once.
     let _ = ctrlc::set_handler(|| {

@@ -1,7 +1,7 @@
 //! Settings in errors as Python calls them.
 
-use yawrig::flags::Flags;
 use yawrig_base::settings::{Command, Spelling};
+use yawrig_verbs::flags::Flags;
 
 /// Keyword arguments of `yawrig.read`.
 const READ: [&str; 7] = ["time", "yaw", "unit", "time_unit", "rate_hz", "quantity", "motion"];

@@ -21,13 +21,13 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use work::{worked, On};
-use yawrig::answer::Answer;
 use yawrig_base::error::Error;
 use yawrig_base::message::Listener;
 use yawrig_core::identify::several;
 use yawrig_core::record::{Measurand, Record, Said};
 use yawrig_records::place::{with_part, Part};
 use yawrig_records::{Channel, Selection};
+use yawrig_verbs::answer::Answer;
 
 /// Whether a record's stamps were spread, and the relative uncertainty of its rate.
 type Clock = (bool, f64);
@@ -93,7 +93,7 @@ fn ask(arguments: &Bound<'_, PyTuple>) -> PyResult<Answered> {
     };
     let answer = worked(py, on, progress, move |counter| {
         let records = records.into_iter().map(record).collect::<Result<Vec<_>, _>>()?;
-        yawrig::cli::answer(&verb, &options, records, &|done, all| counter.set(done, all))
+        yawrig_verbs::answer(&verb, &options, records, &|done, all| counter.set(done, all))
     });
     let said = std::mem::take(&mut *SAID.lock().unwrap_or_else(|e| e.into_inner()));
     let answer = Arc::new(answer?);

@@ -6,9 +6,9 @@ use crate::work::{worked, On};
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 use std::sync::Arc;
-use yawrig::answer::{self, Answer};
-use yawrig::course::Course;
 use yawrig_base::error::Error;
+use yawrig_verbs::answer::{self, Answer};
+use yawrig_verbs::course::Course;
 
 /// Name of the record; when the model begins, its state there and the units of that; its functions.
 type Model = (String, f64, Bytes, Vec<String>, [Function; 4]);

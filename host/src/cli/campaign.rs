@@ -1,6 +1,5 @@
 //! `campaign`: the file that says what each record was made under, begun from the records' names and checked.
 
-use super::common::{print_json, print_line};
 use clap::{Args, Subcommand};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -13,6 +12,7 @@ use yawrig_campaign::pattern::Pattern;
 use yawrig_campaign::simulated::{refuse_existing, CAMPAIGN_FILE};
 use yawrig_core::derivatives::plausible::Doubt;
 use yawrig_text::quoted;
+use yawrig_verbs::common::{print_json, print_line};
 
 const EXAMPLE: &str = r#"A whole campaign.toml:
 

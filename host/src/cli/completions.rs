@@ -1,9 +1,9 @@
 //! `yawrig completions`: what a shell needs to complete verbs and flags.
 
-use super::common::print;
 use clap::{Args, Command};
 use clap_complete::{generate, Shell};
 use yawrig_base::error::{Error, Result};
+use yawrig_verbs::common::print;
 
 /// Print the completions of verbs and flags for a shell, to be put where it looks for them
 #[derive(Args, Debug)]

@@ -1,10 +1,10 @@
 //! `--campaign`, `--condition` and the flags of a single condition.
 
-use super::choices;
 use clap::Args;
 use std::path::PathBuf;
 use yawrig_campaign::plan::Wanted;
 use yawrig_shared::axis::Axis;
+use yawrig_verbs::choices;
 
 /// The condition of the coming releases: with it the device gives derivatives. It holds from the next release
 /// on.

@@ -1,7 +1,5 @@
 //! `yawrig convert`: a record from one format to another.
 
-use super::common::{print_json, print_line, SCHEMA_VERSION};
-use super::releases::ReleaseArg;
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -9,6 +7,8 @@ use yawrig_base::error::{Error, Result};
 use yawrig_campaign::simulated::refuse_existing;
 use yawrig_records::place::Times;
 use yawrig_records::Selection;
+use yawrig_verbs::common::{print_json, print_line, SCHEMA_VERSION};
+use yawrig_verbs::releases::ReleaseArg;
 
 /// Write a record in another format, or with other channels chosen: text, MATLAB, HDF5, TDMS (read
 /// only), Parquet

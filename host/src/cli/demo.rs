@@ -1,11 +1,9 @@
 //! `yawrig demo`: the main job from training to the table of derivatives.
 
-use super::common::{bare, print_json, print_line, within, writable, SCHEMA_VERSION};
 use super::device_arg::DeviceArg;
-use super::model::asked;
+use super::flash;
 use super::story::Riddle;
 use super::train::teach;
-use super::{flash, report};
 use crate::demo::{misses, releases, results, table, Made, Miss, Plan};
 use clap::Args;
 use serde_json::{json, Value};
@@ -22,6 +20,9 @@ use yawrig_rig::{Rig, Sensor, Start, Truth, SPRINGS};
 use yawrig_shared::features::FeatureKind;
 use yawrig_train::network_training::Settings;
 use yawrig_train::Options;
+use yawrig_verbs::common::{bare, print_json, print_line, within, writable, SCHEMA_VERSION};
+use yawrig_verbs::model::asked;
+use yawrig_verbs::report;
 
 /// What the answer must keep to: median and worst miss of Cn_beta and Cn_r.
 const GATE: [Miss; 2] = [Miss { median: 0.02, worst: 0.06 }, Miss { median: 0.04, worst: 0.12 }];
@@ -78,7 +79,7 @@ fn folder(arguments: &Demo) -> Result<Option<PathBuf>> {
         return Ok(None);
     }
     let folder = arguments.out.clone().unwrap_or_else(|| results::free_folder(FOLDER));
-    writable(&folder, arguments.force, &[results::FILE, results::NETWORK, results::REPORT])?;
+    writable(&folder, arguments.force, &[report::DEMO_FILE, results::NETWORK, results::REPORT])?;
     Ok(Some(folder))
 }
 

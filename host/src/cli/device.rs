@@ -3,7 +3,6 @@
 mod linearity;
 mod log;
 
-use super::common::{network_id, print_json, print_line, SCHEMA_VERSION};
 use super::device_arg::DeviceArg;
 use clap::{Args, Subcommand};
 use serde_json::{json, Value};
@@ -16,6 +15,7 @@ use yawrig_link::follow::{device_json, learnt_json, sensor_json, start_json};
 use yawrig_link::key;
 use yawrig_link::linearity as link;
 use yawrig_shared::wire::{SlotState, Status, NOBODYS_KEY};
+use yawrig_verbs::common::{network_id, print_json, print_line, SCHEMA_VERSION};
 
 #[derive(Args, Debug)]
 pub struct Device {

@@ -1,10 +1,10 @@
 //! `yawrig doctor`: what is wrong, and what puts it right.
 
-use super::common::{print_json, print_line, SCHEMA_VERSION};
 use crate::doctor::{self, State};
 use clap::Args;
 use serde_json::json;
 use yawrig_base::error::Result;
+use yawrig_verbs::common::{print_json, print_line, SCHEMA_VERSION};
 
 /// Say what is wrong with a port or with this machine, and one command that puts it right
 #[derive(Args, Debug)]

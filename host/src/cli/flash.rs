@@ -1,6 +1,5 @@
 //! `yawrig flash`: write a network to a device.
 
-use super::common::{bar, network_id, print_json, print_line, SCHEMA_VERSION};
 use super::device_arg::DeviceArg;
 use clap::Args;
 use indicatif::ProgressBar;
@@ -10,6 +9,7 @@ use yawrig_link::bench::Target;
 use yawrig_link::flash::{self, Progress};
 use yawrig_link::key;
 use yawrig_text::quoted;
+use yawrig_verbs::common::{bar, network_id, print_json, print_line, SCHEMA_VERSION};
 
 #[derive(Args, Debug)]
 pub struct Flash {

@@ -1,10 +1,10 @@
 //! `yawrig keygen`: a key to lock devices with.
 
-use super::common::print_line;
 use clap::Args;
 use std::path::PathBuf;
 use yawrig_base::error::Result;
 use yawrig_link::key;
+use yawrig_verbs::common::print_line;
 
 #[derive(Args, Debug)]
 pub struct Keygen {

@@ -2,7 +2,6 @@
 
 mod shown;
 
-use super::common::within;
 use super::condition::ConditionArgs;
 use super::device_arg::DeviceArg;
 use super::keys;
@@ -22,6 +21,7 @@ use yawrig_link::live::session::{Follow, Session};
 use yawrig_link::live::stored::Stored;
 use yawrig_measuring::Measuring;
 use yawrig_shared::wire::{Event, Request, Settings};
+use yawrig_verbs::common::within;
 
 /// How long a device may take no sample before the last ones of the last release are no longer waited for.
 const LAST_SAMPLES: Duration = Duration::from_secs(2);

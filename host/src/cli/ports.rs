@@ -1,9 +1,9 @@
 //! `yawrig ports`: the serial ports of this machine.
 
-use super::common::{print_json, print_line, SCHEMA_VERSION};
 use clap::Args;
 use yawrig_base::error::Result;
 use yawrig_link::port;
+use yawrig_verbs::common::{print_json, print_line, SCHEMA_VERSION};
 
 #[derive(Args, Debug)]
 pub struct Ports {

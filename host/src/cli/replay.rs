@@ -1,9 +1,7 @@
 //! `yawrig replay`: play a record into a device as its potentiometer.
 
-use super::common::{print_json, print_line, within, SCHEMA_VERSION};
 use super::device_arg::DeviceArg;
 use super::flash::Bar;
-use super::releases::ReleaseArg;
 use clap::Args;
 use serde_json::{json, Value};
 use std::path::{Path, PathBuf};
@@ -21,6 +19,8 @@ use yawrig_link::replay::{
 };
 use yawrig_shared::window::{CYCLES, SAMPLE_RATE_HZ};
 use yawrig_shared::wire::{counting, Flags, WindowResult};
+use yawrig_verbs::common::{print_json, print_line, within, SCHEMA_VERSION};
+use yawrig_verbs::releases::ReleaseArg;
 
 #[derive(Args, Debug)]
 pub struct Replay {

@@ -1,9 +1,7 @@
 //! The riddle of `demo --hidden`: its steps as commands, and all of them taken at once.
 
-use super::common::{bare, print_json, print_line, writable};
 use super::device_arg::DeviceArg;
 use super::flash;
-use super::model::asked;
 use super::train::teach;
 use crate::demo::reveal::{self, Errors, Revealed};
 use crate::demo::story::{
@@ -24,6 +22,8 @@ use yawrig_report::{of_model, Made};
 use yawrig_shared::features::FeatureKind;
 use yawrig_train::network_training::Settings;
 use yawrig_train::Options as Training;
+use yawrig_verbs::common::{bare, print_json, print_line, writable};
+use yawrig_verbs::model::asked;
 
 /// What is typed and what is done: enough for a network of 42-6-2.
 const SAMPLES: usize = 3000;
@@ -149,7 +149,7 @@ impl<'a> Riddle<'a> {
             files::write_atomically(&self.file(PICTURE_FILE), chart.file()?.as_bytes())?;
         }
         let page = self.file(REPORT_FILE);
-        super::report::write(&of_model(&model, Made::now(asked(None).command))?, &page)?;
+        yawrig_verbs::report::write(&of_model(&model, Made::now(asked(None).command))?, &page)?;
         self.show(&revealed, Some(&page))
     }
 

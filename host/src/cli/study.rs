@@ -1,6 +1,5 @@
 //! `yawrig study`: reruns studies of the thesis.
 
-use super::common::{bare, print_json, print_line, wrapped, SCHEMA_VERSION};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -9,6 +8,7 @@ use yawrig_base::files;
 use yawrig_base::interrupt;
 use yawrig_report::plot;
 use yawrig_study::{Report, Size, Study, StudySetting, STUDIES};
+use yawrig_verbs::common::{bare, print_json, print_line, wrapped, SCHEMA_VERSION};
 
 /// Rerun a study of the thesis: its table beside the thesis's numbers, and a plot
 #[derive(Args, Debug)]

@@ -2,7 +2,6 @@
 
 mod arguments;
 
-use super::common::{bar, network_id, print_json, print_line, SCHEMA_VERSION};
 use arguments::{
     features_name, numbers, parse_features, parse_noise, parse_range, parse_topology, Features,
     Span,
@@ -28,6 +27,7 @@ use yawrig_train::freeze;
 use yawrig_train::measured;
 use yawrig_train::network_training::{self, Outcome, Settings, Told};
 use yawrig_train::{Checkpoint, Epoch, Options, Progress, Stop};
+use yawrig_verbs::common::{bar, network_id, print_json, print_line, SCHEMA_VERSION};
 
 #[derive(Args, Debug)]
 pub struct Train {

@@ -1,7 +1,5 @@
 //! `workbench`: the loop of criticism by hand, on a page in the browser.
 
-use super::common::{print_line, EffectsArg};
-use super::identify::expanded;
 use clap::Args;
 use std::net::IpAddr;
 use std::path::PathBuf;
@@ -9,6 +7,8 @@ use yawrig_base::error::Result;
 use yawrig_campaign::simulated::CAMPAIGN_FILE;
 use yawrig_model::document::DEFAULT;
 use yawrig_model::revise::quoted;
+use yawrig_verbs::common::{print_line, EffectsArg};
+use yawrig_verbs::identify::expanded;
 use yawrig_workbench::{Opened, ServeOptions};
 
 /// Criticise a model by hand, on a page that this machine serves to its own browser.

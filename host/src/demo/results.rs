@@ -2,7 +2,7 @@
 
 use super::{Made, Plan};
 use std::path::{Path, PathBuf};
-use yawrig_base::error::{Error, Result};
+use yawrig_base::error::Result;
 use yawrig_base::files;
 use yawrig_core::derivatives::table::Point;
 use yawrig_core::diagnosis::amplitude::{AmplitudePicture, AmplitudePoint};
@@ -16,9 +16,9 @@ use yawrig_rig::Truth;
 use yawrig_shared::wire::Measured;
 use yawrig_train::freeze;
 use yawrig_train::network_training::{Outcome, Settings};
+use yawrig_verbs::report::DEMO_FILE;
 
-/// Names in a demo's folder.
-pub const FILE: &str = "demo.json";
+/// Names in a demo's folder, beside [`DEMO_FILE`].
 pub const NETWORK: &str = "network.yrn";
 pub const REPORT: &str = "report.html";
 
@@ -32,18 +32,6 @@ pub fn free_folder(wanted: &str) -> PathBuf {
     numbered.into_iter().find(|path| !path.exists()).unwrap_or(first)
 }
 
-/// Reads what a demo kept.
-///
-/// # Errors
-/// Exit 3 where the file cannot be read or is of another version.
-pub fn read(file: &Path) -> Result<Report> {
-    let wrong = |why: &dyn std::fmt::Display| {
-        Error::data(format!("{}: {why}", file.display())).help("run `yawrig demo` again")
-    };
-    let text = std::fs::read_to_string(file).map_err(|e| wrong(&e))?;
-    serde_json::from_str(&text).map_err(|e| wrong(&format!("not what a demo keeps: {e}")))
-}
-
 /// Writes findings and network to `folder`, which is made where it is not there.
 ///
 /// # Errors
@@ -51,7 +39,7 @@ pub fn read(file: &Path) -> Result<Report> {
 pub fn keep(folder: &Path, report: &Report, network: &[u8]) -> Result<()> {
     files::make_folder(folder)?;
     files::write_atomically(&folder.join(NETWORK), network)?;
-    files::write_atomically(&folder.join(FILE), report.json()?.as_bytes())
+    files::write_atomically(&folder.join(DEMO_FILE), report.json()?.as_bytes())
 }
 
 /// The report of a demo.

@@ -54,7 +54,7 @@ pub fn begin(says: Function, tells: Function) {
     SAYS.set(Some(says));
     TELLS.set(Some(tells));
     yawrig_base::message::listen(&Page);
-    yawrig_base::settings::spell(&yawrig::flags::Flags);
+    yawrig_base::settings::spell(&yawrig_verbs::flags::Flags);
     std::panic::set_hook(Box::new(|why| {
         yawrig_base::message::message(format!("a fault in yawrig: {why}"))
     }));
@@ -96,7 +96,7 @@ fn asked(what: impl FnOnce(&mut Session) -> Result<String>) -> std::result::Resu
         None => what(held.insert(Session::new(told)?)),
     });
     answered.map_err(|error| {
-        let Error { message, help, .. } = yawrig::flags::named(error);
+        let Error { message, help, .. } = yawrig_verbs::flags::named(error);
         json!({"message": message, "help": help}).to_string()
     })
 }

@@ -3,11 +3,14 @@
 use serde::Deserialize;
 use serde_json::{json, Value};
 use std::collections::HashMap;
-use yawrig::answer::Answer;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::settings;
 use yawrig_session::steps::keep_diagnosed;
 use yawrig_session::Bench;
+use yawrig_verbs::answer::Answer;
+use yawrig_verbs::diagnose::Diagnose;
+use yawrig_verbs::identify::Identify;
+use yawrig_verbs::parsed;
 
 #[derive(Deserialize)]
 pub struct Asked {
@@ -28,16 +31,17 @@ impl Printed {
         let arguments = told(bench, asked.release)?;
         let key = (asked.verb.clone(), arguments);
         if !self.0.contains_key(&key) {
-            let records = match asked.verb.as_str() {
+            let answer = match asked.verb.as_str() {
                 // Its table is printed of a record in memory.
                 "identify" => {
                     let source = bench.session().release(asked.release)?.source.clone();
-                    vec![source.loaded().map_err(Clone::clone)?.record.clone()]
+                    let record = source.loaded().map_err(Clone::clone)?.record.clone();
+                    parsed::<Identify>(&key.1)?.answer(vec![record], &|_, _| {})?
                 }
                 // By its name, as the program reads it: the commands that make the model name it.
-                _ => Vec::new(),
+                "diagnose" => parsed::<Diagnose>(&key.1)?.answer(Vec::new())?,
+                other => return Err(Error::internal(format!("{other} is not printed here"))),
             };
-            let answer = yawrig::cli::answer(&asked.verb, &key.1, records, &|_, _| {})?;
             self.0.insert(key.clone(), answer);
         }
         self.0.get(&key).map_or_else(|| Ok(Value::Null.to_string()), whole)
@@ -59,7 +63,7 @@ impl Printed {
             }
             (session.release(release)?.source.clone(), session.standing.key)
         };
-        let answer = yawrig::cli::answer("diagnose", &arguments, Vec::new(), &|_, _| {})?;
+        let answer = parsed::<Diagnose>(&arguments)?.answer(Vec::new())?;
         if let Some(found) = answer.diagnosed() {
             keep_diagnosed(bench, release, &source, key, found.clone())?;
         }

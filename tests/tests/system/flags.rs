@@ -4,8 +4,15 @@ use crate::imports::{root, Modules, ROOMS};
 use std::fs;
 
 /// Crates that name flags; what the others say of settings, the program spells (`yawrig_base::settings`).
-const NAME_FLAGS: [&str; 6] =
-    ["host", "host/python", "host/report", "host/session", "host/study", "host/workbench"];
+const NAME_FLAGS: [&str; 7] = [
+    "host",
+    "host/python",
+    "host/report",
+    "host/session",
+    "host/study",
+    "host/verbs",
+    "host/workbench",
+];
 /// Of another program.
 const FOREIGN_FLAGS: [&str; 1] = ["--pdeathsig"];
 

@@ -23,7 +23,7 @@ const NO_PROGRAM: &str = "print println eprint eprintln std::io::stdout std::io:
 /// The same, but for the page.
 const SERVER: &str = NO_PROGRAM.split_at(NO_PROGRAM.len() - "axum tokio".len()).0;
 
-pub const ROOMS: [Room; 20] = [
+pub const ROOMS: [Room; 21] = [
     ("shared", "", PURE),
     ("firmware", "shared", PURE),
     ("host/text", "", PURE),
@@ -40,6 +40,7 @@ pub const ROOMS: [Room; 20] = [
     ("host/model", "base campaign core expression records shared text train", NO_PROGRAM),
     ("host/report", "base campaign core model records shared", NO_PROGRAM),
     ("host/session", "base campaign core expression model protocol records report", NO_PROGRAM),
+    ("host/verbs", "base campaign core model records report rig shared text", ""),
     ("host/study", "base campaign core firmware report rig shared train", NO_PROGRAM),
     (
         "host/workbench",
@@ -48,11 +49,11 @@ pub const ROOMS: [Room; 20] = [
     ),
     (
         "host",
-        "base campaign core firmware link measuring model records report rig shared study text \
-         train workbench",
+        "base campaign core link measuring model records report rig shared study text train verbs \
+         workbench",
         "",
     ),
-    ("host/python", "yawrig base core records", NO_PROGRAM),
+    ("host/python", "base core records verbs", NO_PROGRAM),
 ];
 
 /// How a crate is called in the sources, by the last part of its folder.

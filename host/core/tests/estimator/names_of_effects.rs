@@ -11,7 +11,7 @@ use yawrig_core::effects::Effect;
 const NAMED: [(&str, &str, &str); 3] = [
     ("src/demo/story.rs", "", "what the riddle gives the rig to hide, which parses it"),
     ("study/src/rig_records.rs", "", "what the study gives the rig, which parses it"),
-    ("src/cli/law.rs", "hysteresis", "a field of the JSON, whose name stays"),
+    ("verbs/src/law.rs", "hysteresis", "a field of the JSON, whose name stays"),
 ];
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {

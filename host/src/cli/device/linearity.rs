@@ -1,6 +1,5 @@
 //! `yawrig device linearity`: what a device's converter and sensor err by, learned from its own releases.
 
-use crate::cli::common::{print_json, print_line, within, SCHEMA_VERSION};
 use crate::cli::device_arg::DeviceArg;
 use clap::Args;
 use serde_json::{json, Value};
@@ -11,6 +10,7 @@ use yawrig_core::record::Record;
 use yawrig_link::bench::Target;
 use yawrig_link::linearity::{self as link, Made};
 use yawrig_shared::wire::Settings;
+use yawrig_verbs::common::{print_json, print_line, within, SCHEMA_VERSION};
 
 #[derive(Args, Debug)]
 pub struct Linearity {

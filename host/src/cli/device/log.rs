@@ -1,6 +1,5 @@
 //! `yawrig device log`: what a device kept of its releases and faults while nobody listened.
 
-use crate::cli::common::{print_json, print_line, SCHEMA_VERSION};
 use crate::cli::device_arg::DeviceArg;
 use clap::Args;
 use serde_json::json;
@@ -11,6 +10,7 @@ use yawrig_link::bench::Target;
 use yawrig_link::log;
 use yawrig_link::replay::{replay, Range};
 use yawrig_shared::wire::Settings;
+use yawrig_verbs::common::{print_json, print_line, SCHEMA_VERSION};
 
 #[derive(Args, Debug)]
 pub struct Log {

@@ -1,9 +1,9 @@
 //! What is shown of a session, live or stored.
 
-use super::super::common::{print_json_line, print_line};
 use yawrig_base::error::Result;
 use yawrig_link::live::item::Item;
 use yawrig_shared::wire::Event;
+use yawrig_verbs::common::{print_json_line, print_line};
 
 pub(super) struct Shown {
     pub(super) jsonl: bool,

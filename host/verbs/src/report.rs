@@ -5,7 +5,6 @@ use super::identify::expanded;
 use super::model::asked;
 use super::releases::ReleaseArg;
 use crate::answer::Answer;
-use crate::demo::results;
 use clap::Args;
 use serde::de::IgnoredAny;
 use std::path::{Path, PathBuf};
@@ -19,6 +18,9 @@ use yawrig_report::{
     charts, data, html, of_campaign, of_model, of_models, of_records, xlsx, Also, Kind, Made,
     Report,
 };
+
+/// What a demo keeps in its folder: its findings as a report's data.
+pub const DEMO_FILE: &str = "demo.json";
 
 /// Write what is known of records, a campaign, a model or a demo to one HTML file that needs no network.
 ///
@@ -89,12 +91,12 @@ impl ReportArgs {
         write(&report, &self.out)?;
         if let Some(file) = &self.xlsx {
             files::write_atomically(file, &xlsx::workbook(&report)?)?;
-            crate::say!("{}", file.display());
+            yawrig_base::say!("{}", file.display());
         }
         for chart in self.pictures.iter().flat_map(|_| charts::of(&report)) {
             let file = self.picture(chart.name);
             files::write_atomically(&file, chart.file()?.as_bytes())?;
-            crate::say!("{}", file.display());
+            yawrig_base::say!("{}", file.display());
         }
         Ok(report)
     }
@@ -170,9 +172,9 @@ impl ReportArgs {
 
     fn of_folder(&self, folder: &Path, also: &Also, made: Made) -> Result<Report> {
         let [demo, model, campaign] =
-            [results::FILE, DEFAULT, CAMPAIGN_FILE].map(|name| folder.join(name));
+            [DEMO_FILE, DEFAULT, CAMPAIGN_FILE].map(|name| folder.join(name));
         if demo.exists() {
-            return results::read(&demo);
+            return of_demo(&demo);
         }
         if model.exists() {
             return of_model(&model, made);
@@ -182,14 +184,21 @@ impl ReportArgs {
         }
         let records = expanded(&[folder.to_owned()]).map_err(|_| {
             Error::data(format!(
-                "{}: there is neither {} nor {DEFAULT} nor {CAMPAIGN_FILE} nor a record in it",
+                "{}: there is neither {DEMO_FILE} nor {DEFAULT} nor {CAMPAIGN_FILE} nor a record in it",
                 folder.display(),
-                results::FILE,
             ))
             .help("give a folder that holds one of them")
         })?;
         of_records(&records, &self.release.selection()?, also.settings, also.options, made)
     }
+}
+
+fn of_demo(file: &Path) -> Result<Report> {
+    let wrong = |why: &dyn std::fmt::Display| {
+        Error::data(format!("{}: {why}", file.display())).help("run `yawrig demo` again")
+    };
+    let text = std::fs::read_to_string(file).map_err(|e| wrong(&e))?;
+    serde_json::from_str(&text).map_err(|e| wrong(&format!("not what a demo keeps: {e}")))
 }
 
 fn is_toml(file: &Path) -> bool {
@@ -203,7 +212,7 @@ fn is_toml(file: &Path) -> bool {
 pub fn write(report: &Report, out: &Path) -> Result<()> {
     let page = html::page(report)?;
     files::write_atomically(out, page.as_bytes())?;
-    crate::say!("{}: {:.0} kB", out.display(), page.len() as f64 / 1e3);
+    yawrig_base::say!("{}: {:.0} kB", out.display(), page.len() as f64 / 1e3);
     Ok(())
 }
 

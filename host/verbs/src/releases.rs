@@ -153,7 +153,7 @@ pub fn warn_of_more(file: &Path, selection: &Selection) {
         return;
     }
     if let Ok(count @ 2..) = yawrig_records::releases(file, selection) {
-        crate::warn!(
+        yawrig_base::warn!(
             "{} holds {count} releases; one of them is used: choose with --release N, or --release all",
             file.display()
         );

@@ -115,7 +115,7 @@ pub fn print_json_line(value: &impl Serialize) -> Result<()> {
 /// Prints a line on stdout, at once.
 ///
 /// # Errors
-/// As [`print`].
+/// As [`print()`].
 pub fn print_line(text: &str) -> Result<()> {
     print(&format!("{text}\n"))
 }

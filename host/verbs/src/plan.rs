@@ -23,6 +23,7 @@ const ROWS: usize = 12;
 /// stands in a table [can] of the file (amplitudes_deg, seconds, natural_frequencies_rad_s, springs,
 /// wind_speeds_m_s, axes); without it, it is what it has done at 0.25 to 2 times the amplitude and up to
 /// twice the length.
+#[allow(rustdoc::broken_intra_doc_links)] // `[can]` is TOML, and the text is the program's help.
 #[derive(Args, Debug, Clone)]
 pub struct Plan {
     /// A model's file, or a campaign
@@ -51,7 +52,7 @@ impl Plan {
     pub fn run(&self) -> Result<()> {
         let begin = std::time::Instant::now();
         let asked = self.asked()?;
-        crate::say!("fitting rivals");
+        yawrig_base::say!("fitting rivals");
         let bar = bar(0, "releases");
         let planned = plan::plan(&self.file, &asked, &|count| match count {
             Some(count) => bar.set_length(count as u64),

@@ -97,7 +97,7 @@ impl Identify {
                     "; {n} of them again: the record, the options or the version had changed"
                 ),
             };
-            crate::say!(
+            yawrig_base::say!(
                 "{}: {} identified, {} refused, {} already there{stale}",
                 out.display(),
                 tally.identified,
@@ -149,7 +149,7 @@ impl Identify {
             if let Some(file) = self.plot.as_ref().filter(|_| tally.identified > 0) {
                 files::write_atomically(file, trials.svg()?.as_bytes())?;
                 if trials.not_drawn() > 0 {
-                    crate::say!(
+                    yawrig_base::say!(
                         "{}: without the last {} records",
                         file.display(),
                         trials.not_drawn()
@@ -201,7 +201,10 @@ impl Identify {
 }
 
 /// Folders replaced by the records in them, in order of their names.
-pub(super) fn expanded(files: &[PathBuf]) -> Result<Vec<PathBuf>> {
+///
+/// # Errors
+/// Exit 3 for a folder that cannot be read or has no record in it.
+pub fn expanded(files: &[PathBuf]) -> Result<Vec<PathBuf>> {
     let mut out = Vec::new();
     for file in files {
         if !file.is_dir() {
@@ -252,7 +255,7 @@ fn to_json(value: &impl serde::Serialize) -> Result<String> {
 
 fn complain(answer: &Answer) {
     if let Answer::Refused(why) = answer {
-        crate::say!("yawrig: {}", why.refused);
+        yawrig_base::say!("yawrig: {}", why.refused);
     }
 }
 

@@ -36,7 +36,7 @@ fn read(path: &Path) -> HashMap<PathBuf, String> {
             each.map(|(k, release)| (file.record_path(k), condition(release))).collect()
         }
         Err(error) => {
-            crate::say!("yawrig: conditions are not known: {error}");
+            yawrig_base::say!("yawrig: conditions are not known: {error}");
             HashMap::new()
         }
     }

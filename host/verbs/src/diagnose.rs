@@ -18,10 +18,7 @@ use clap::Args;
 use json::object;
 use outcome::Outcome;
 use std::path::{Path, PathBuf};
-#[cfg(not(target_family = "wasm"))]
-use std::time::Instant;
-#[cfg(target_family = "wasm")]
-use web_time::Instant;
+use yawrig_base::clock::Instant;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
 use yawrig_campaign::CampaignFile;
@@ -252,11 +249,11 @@ impl Diagnose {
                 let grouping = Grouping::Rig(self.common()?);
                 let rolls = self.roll.all_roll(records.iter().map(|r| &r.measurand))?;
                 if records.len() > 1 {
-                    crate::say!("judging {} releases as one", records.len());
+                    yawrig_base::say!("judging {} releases as one", records.len());
                 }
                 let mut diagnosed = diagnose(&records, &grouping, &options)?;
                 for warning in diagnosed.decays.iter().flat_map(|decay| &decay.warnings) {
-                    crate::warn!("{warning}");
+                    yawrig_base::warn!("{warning}");
                 }
                 if rolls {
                     diagnosed.diagnosis = diagnosed.diagnosis.of_ship(self.roll.ship()?);
@@ -269,7 +266,7 @@ impl Diagnose {
                         .help("give its records: yawrig diagnose FILE... --motion roll"));
                 }
                 let file = CampaignFile::read_releases(&path)?;
-                crate::say!("fitting {} releases", file.campaign.release.len());
+                yawrig_base::say!("fitting {} releases", file.campaign.release.len());
                 let diagnosed = yawrig_campaign::diagnose(&file, &options)?;
                 (Vec::new(), Some(path), diagnosed, options)
             }
@@ -291,12 +288,12 @@ fn law_of(record: &Record, diagnosis: &Diagnosis, options: &Options) -> Result<O
     if diagnosis.status != Status::Unexplained || !options.present.effects.is_empty() {
         return Ok(None);
     }
-    crate::say!("no effect explains it; measuring its law");
+    yawrig_base::say!("no effect explains it; measuring its law");
     let law = yawrig_model::law::of_records(vec![record.clone()])
         .and_then(|(model, data)| yawrig_model::law::beside(&model, &data, true, &|_, _| {}));
     interrupt::check()?;
     if let Err(error) = &law {
-        crate::warn!("no law was measured: {error}");
+        yawrig_base::warn!("no law was measured: {error}");
     }
     Ok(law.ok())
 }

@@ -367,7 +367,7 @@ impl Simulate {
                 record.effects = effects.clone();
             }
         }
-        crate::say!("writing {} records to {}", planned.len(), folder.display());
+        yawrig_base::say!("writing {} records to {}", planned.len(), folder.display());
         let file = simulated::write(folder, &rig, &planned, start, sensor, self.force)?;
         Ok((rig, file, planned))
     }

@@ -66,7 +66,7 @@ impl History {
         print_line(&text(&journal.steps))?;
         if edited {
             let last = journal.last().map_or(0, |step| step.step);
-            crate::say!(
+            yawrig_base::say!(
                 "{} is not as step {last} left it: the next step keeps the edit in the journal first",
                 path.display(),
             );
@@ -90,7 +90,7 @@ impl History {
         let path = &self.model.model;
         if let Some(number) = self.to {
             let step = unfitted::return_to(path, number, asked)?;
-            crate::say!("{}: step {} returns to step {number}", path.display(), step.step);
+            yawrig_base::say!("{}: step {} returns to step {number}", path.display(), step.step);
         }
         let journal = Journal::of(path)?;
         let Some(last) = journal.last() else {

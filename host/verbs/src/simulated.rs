@@ -27,7 +27,9 @@ impl Seen {
     pub fn warn(&self) {
         let Self { samples, saturated, .. } = self;
         if *saturated > 0 {
-            crate::say!("yawrig: {saturated} of {samples} readings are at an end of the converter");
+            yawrig_base::say!(
+                "yawrig: {saturated} of {samples} readings are at an end of the converter"
+            );
         }
     }
 }

@@ -72,7 +72,10 @@ impl Compare {
                     .help("leave it out, or compare a second-order model with --no-model"));
             }
             if named.is_none() {
-                crate::say!("comparing {} (a second-order model: --no-model)", path.display());
+                yawrig_base::say!(
+                    "comparing {} (a second-order model: --no-model)",
+                    path.display()
+                );
             }
         }
         let revision = compare(&Comparison {

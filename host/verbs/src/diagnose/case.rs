@@ -1,6 +1,6 @@
 //! What is judged, and beside which model.
 
-use crate::cli::releases::warn_of_more;
+use crate::releases::warn_of_more;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_core::diagnosis::diagnose::Options;
@@ -44,7 +44,7 @@ pub(super) fn beside(
     let case = lacking(&model, path, file, reading, options)?;
     for entry in &model.records {
         if let Some(changed) = records::changed(entry, &Model::record_path(path, entry)) {
-            crate::warn!("{changed}");
+            yawrig_base::warn!("{changed}");
         }
     }
     Ok(case)

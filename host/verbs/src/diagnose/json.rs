@@ -1,9 +1,9 @@
 //! A diagnosis as one object, the same for one release, several and a campaign.
 
-use crate::cli::common::SCHEMA_VERSION;
-use crate::cli::diagnose::outcome::Outcome;
-use crate::cli::law;
 use crate::commands::Words;
+use crate::common::SCHEMA_VERSION;
+use crate::diagnose::outcome::Outcome;
+use crate::law;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use yawrig_core::diagnosis::diagnose::{Diagnosis, ReleaseVerdict};
