@@ -142,13 +142,20 @@ pub fn fit_added(decay: &FreeDecay, inner: &Fitted, effect: &Effect) -> Fitted {
 
 /// The nearest fit from any of `starts`, the first of which is the smaller model.
 fn from_any(decay: &FreeDecay, structure: &Structure, starts: &[Vec<f64>], count: usize) -> Fit {
-    let mut best = solve(decay, structure, &starts[0], count);
-    if !best.stop.is_minimum() {
-        best = nearer(best, solve_lengthened(decay, structure, &starts[0], count));
-    }
-    for start in &starts[1..] {
+    let from = |(k, start): (usize, &Vec<f64>)| {
+        if k > 0 {
+            return solve_in(decay, structure, start, count, FIRST_STEPS);
+        }
+        let fit = solve(decay, structure, start, count);
+        match fit.stop.is_minimum() {
+            true => fit,
+            false => nearer(fit, solve_lengthened(decay, structure, start, count)),
+        }
+    };
+    let mut fits = starts.iter().enumerate().map_at_once(from);
+    let mut best = fits.next().expect("a start for every effect");
+    for short in fits {
         // A start that is not ahead by now is not going to win.
-        let short = solve_in(decay, structure, start, count, FIRST_STEPS);
         if short.sum_of_squares < best.sum_of_squares && short.evaluations >= FIRST_STEPS {
             best = nearer(best, solve(decay, structure, &short.parameters, count));
         }

@@ -15,12 +15,12 @@ type Lanes = [f64; LANES];
 /// The readings of all `motions`, which hardly differ from the first, on one `grid`.
 pub(crate) fn readings_of_all(motions: &[Motion], grid: &Grid) -> Vec<Vec<f64>> {
     if motions.iter().any(|m| m.terms.adapts_steps()) {
+        let Some((first, others)) = motions.split_first() else { return Vec::new() };
         let mut steps = Steps::default();
-        let each = motions.iter().enumerate().map(|(k, motion)| {
-            let pace = if k == 0 { Pace::Kept(&mut steps) } else { Pace::followed(&steps) };
-            motion.run(grid, pace, |_| {})
-        });
-        return each.collect();
+        let mut readings = vec![first.run(grid, Pace::Kept(&mut steps), |_| {})];
+        let followed = |motion: &Motion| motion.run(grid, Pace::followed(&steps), |_| {});
+        readings.extend(others.iter().map_at_once(followed).collect::<Vec<_>>());
+        return readings;
     }
     let each = |motions: &[Motion]| -> Vec<Vec<f64>> {
         let several = motions.len() > 1;
@@ -29,12 +29,7 @@ pub(crate) fn readings_of_all(motions: &[Motion], grid: &Grid) -> Vec<Vec<f64>> 
             None => motions.iter().map(|motion| motion.readings(grid)).collect(),
         }
     };
-    // Of a measured law there are a dozen fours, of most models one or two: other models are beside them.
-    let fours = motions.chunks(LANES);
-    match motions.len() > 2 * LANES {
-        true => fours.map_at_once(each).flatten().collect(),
-        false => fours.flat_map(each).collect(),
-    }
+    motions.chunks(LANES).map_at_once(each).flatten().collect()
 }
 
 /// Four motions that are followed as one.
