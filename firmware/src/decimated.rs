@@ -18,7 +18,7 @@ const COARSEST: f32 = 0.25;
 /// The first amplitude in units of the buffer: half its range.
 const AMPLITUDE_UNITS: f32 = 16_384.0;
 /// Where the amplitude is less, the unit is that of this one.
-const LEAST_AMPLITUDE_DEG: f32 = 1e-3;
+const MIN_AMPLITUDE_DEG: f32 = 1e-3;
 /// Scales on which sixth differences are taken: 8 to 1024 samples.
 const SCALES: usize = 8;
 const ORDER: usize = 6;
@@ -157,7 +157,7 @@ impl Decimated {
         self.blocks = 1;
         (self.sum_deg, self.summed) = (0.0, 0);
         self.full = false;
-        self.unit_deg = amplitude_deg.max(LEAST_AMPLITUDE_DEG) / AMPLITUDE_UNITS;
+        self.unit_deg = amplitude_deg.max(MIN_AMPLITUDE_DEG) / AMPLITUDE_UNITS;
         self.reference_deg = midline_deg;
         self.from_sample = from_sample;
         self.cycle = f32::INFINITY;

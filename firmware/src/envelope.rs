@@ -16,9 +16,9 @@
 use crate::refine::Parameters;
 
 /// Sums that are kept: one look at all of them is one piece of work.
-const MOST: usize = 48;
+const MAX: usize = 48;
 /// Fewest that tell anything of what is missing.
-const FEWEST: usize = 8;
+const MIN: usize = 8;
 /// Half cycles in a sum at least.
 const HALVES: f32 = 1.0;
 /// How much likelier it is beforehand that nothing is missing than that something is, as a logarithm.
@@ -77,7 +77,7 @@ impl<const N: usize> Average<N> {
 #[derive(Clone, Debug)]
 pub struct Envelope {
     /// Of the logarithm of amplitude, and of phase, times the amplitude.
-    sums: [[f32; SERIES]; MOST],
+    sums: [[f32; SERIES]; MAX],
     count: usize,
     coming: [f32; 2],
     /// Points in a sum, and those that came since the last one was complete.
@@ -167,7 +167,7 @@ impl Products {
 impl Envelope {
     /// None yet.
     pub const NONE: Self = Self {
-        sums: [[0.0; SERIES]; MOST],
+        sums: [[0.0; SERIES]; MAX],
         count: 0,
         coming: [0.0; 2],
         per_sum: f32::INFINITY,
@@ -187,7 +187,7 @@ impl Envelope {
     /// Of `count` points about `model`.
     pub fn new(model: &Parameters, count: usize) -> Self {
         let half = core::f32::consts::PI / model.frequency as f32;
-        let halves = libm::ceilf(count as f32 / (half * MOST as f32)).max(HALVES);
+        let halves = libm::ceilf(count as f32 / (half * MAX as f32)).max(HALVES);
         let per_sum = half * halves;
         let (a, b) = (model.cosine as f32, model.sine as f32);
         let per = 1.0 / libm::hypotf(a, b);
@@ -211,7 +211,7 @@ impl Envelope {
             self.since -= self.per_sum;
             let [x, y] = core::mem::take(&mut self.coming);
             let [a, b] = self.direction;
-            if self.count < MOST {
+            if self.count < MAX {
                 self.sums[self.count] = [a * x + b * y, b * x - a * y];
                 self.count += 1;
             }
@@ -221,7 +221,7 @@ impl Envelope {
     /// Goes on by one piece; true where that was the last.
     #[inline(never)]
     pub fn work(&mut self) -> bool {
-        if self.count < FEWEST {
+        if self.count < MIN {
             return true;
         }
         // None, then those of the random moment, then those of the transient.

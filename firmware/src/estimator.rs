@@ -1,7 +1,7 @@
 //! From windows to a release's result.
 
 use yawrig_shared::network::{Estimate, Network, Number};
-use yawrig_shared::numbers::{Numbers, MOST_NUMBERS};
+use yawrig_shared::numbers::{Numbers, MAX_NUMBERS};
 use yawrig_shared::wire::Measured;
 
 /// Weighted mean and scatter of a quantity, a value at a time (West 1979).
@@ -52,7 +52,7 @@ pub struct Collector {
     count: u16,
     natural_frequency: Mean,
     damping: Mean,
-    numbers: [Mean; MOST_NUMBERS],
+    numbers: [Mean; MAX_NUMBERS],
 }
 
 impl Collector {

@@ -24,10 +24,10 @@ use yawrig_shared::wire::{Condition, Event, Flags, Measured, Phase, Refined, Set
 const PATIENCE: u32 = 31_416;
 
 /// A turn is one of the model's where the block means come back by this many times their noise.
-const LEAST_SWING_NOISE: f32 = 7.0;
+const MIN_SWING_NOISE: f32 = 7.0;
 /// The same where no release is known of, and noise alone may go on for hours: its range in thousands of
 /// means.
-const LEAST_TURN_NOISE: f32 = 8.0;
+const MIN_TURN_NOISE: f32 = 8.0;
 
 /// The release that is going on.
 #[derive(Clone, Copy, Debug, Default)]
@@ -247,7 +247,7 @@ impl Measuring {
             self.outlive_gap();
             if watching == Phase::Waiting {
                 // The noise is only just being known.
-                self.set_limits(LEAST_TURN_NOISE);
+                self.set_limits(MIN_TURN_NOISE);
             }
             context.refining.follow(self.tracker.history());
             let at = self.now().wrapping_sub(BLOCK as u32 / 2 + 1);
@@ -314,7 +314,7 @@ impl Measuring {
 
     /// Tracks anew.
     fn restart(&mut self, held: Option<Extreme>) {
-        self.set_limits(LEAST_SWING_NOISE);
+        self.set_limits(MIN_SWING_NOISE);
         self.tracker.restart(held);
     }
 

@@ -22,7 +22,7 @@ pub const PIECE: usize = 64;
 /// Length of the first horizon, cycles.
 const FIRST_CYCLES: f64 = 3.0;
 /// Fewest means that are fitted.
-pub const FEWEST_POINTS: usize = 8;
+pub const MIN_POINTS: usize = 8;
 /// Steps on a horizon that is not the last, and on the last.
 const STEPS: [u8; 2] = [1, 5];
 /// The last step gains less than this share of one mean's variance: a thirtieth of a standard uncertainty.
@@ -242,7 +242,7 @@ impl Fit {
     /// From natural frequency and decay (per mean, rad) that keep their phase for some cycles.
     pub fn new(count: usize, decay: f64, frequency: f64) -> Self {
         let first = FIRST_CYCLES * core::f64::consts::TAU / frequency;
-        let horizon = (first as usize).clamp(FEWEST_POINTS, POINTS).min(count);
+        let horizon = (first as usize).clamp(MIN_POINTS, POINTS).min(count);
         let start = Parameters { decay, frequency, ..Parameters::NONE };
         Self {
             count,

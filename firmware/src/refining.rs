@@ -2,7 +2,7 @@
 
 use crate::decimated::Decimated;
 use crate::reference::{Known, Reference};
-use crate::refine::{Fit, Progress, FEWEST_POINTS};
+use crate::refine::{Fit, Progress, MIN_POINTS};
 use crate::residual::Residual;
 use yawrig_shared::history::{History, BLOCK};
 use yawrig_shared::modal::Modal;
@@ -229,7 +229,7 @@ impl Refining {
         let Estimate { natural_frequency_rad_s: wn, damping_ratio: zeta, .. } = estimate;
         let decay = f64::from(zeta * wn);
         let frequency = f64::from(wn * libm::sqrtf(1.0 - zeta * zeta));
-        if count >= FEWEST_POINTS && frequency > 0.0 && decay.abs() < frequency {
+        if count >= MIN_POINTS && frequency > 0.0 && decay.abs() < frequency {
             self.fit = Fit::new(count, decay * per_point, frequency * per_point);
             self.release = release;
             self.stage = Stage::Fitting;

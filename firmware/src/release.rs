@@ -20,7 +20,7 @@ const STILL_BAND_SHARE: f32 = 1.5;
 /// The same where the noise of the means is more: so many times it holds all of some forty normal deviates
 /// but once in ten thousand; up to 1 deg of a sample's noise, or an oscillation would be taken for noise.
 const STILL_BAND_NOISE: f32 = 6.5;
-const MOST_BAND_DEG: f32 = 1.15;
+const MAX_BAND_DEG: f32 = 1.15;
 /// Blocks whose mean that is: 32 ms take little from the fastest swing and most from noise and hum.
 const SMOOTHED: u32 = 4;
 /// How far from its rest a held model must be to have been let go: this, or where the band is narrow so many
@@ -117,7 +117,7 @@ impl Watch {
     ) -> Option<Step> {
         // A mean of four blocks has half the noise of one.
         let least_band_deg = STILL_BAND_DEG.min(STILL_BAND_SHARE * to_deg);
-        let band_deg = (0.5 * STILL_BAND_NOISE * noise_deg).clamp(least_band_deg, MOST_BAND_DEG);
+        let band_deg = (0.5 * STILL_BAND_NOISE * noise_deg).clamp(least_band_deg, MAX_BAND_DEG);
         let still = self.still(mean_deg, band_deg, swing_samples);
         match self.phase {
             Phase::Held => {

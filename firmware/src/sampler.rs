@@ -9,8 +9,8 @@ const MIDDLE: i32 = 32768;
 /// is known of rest and noise stays what it was.
 const SCALES_DEG: core::ops::RangeInclusive<f32> = 1e-6..=100.0;
 /// Amplitudes that may be asked for, degrees.
-const LEAST_DEG: f32 = 1e-3;
-const MOST_DEG: f32 = 1e6;
+const MIN_DEG: f32 = 1e-3;
+const MAX_DEG: f32 = 1e6;
 
 /// How counts become degrees.
 #[derive(Clone, Copy, Debug)]
@@ -31,8 +31,8 @@ impl Sampler {
     pub fn check(settings: &Settings) -> bool {
         SCALES_DEG.contains(&settings.degrees_per_count.abs())
             && settings.full_scale_counts > 0
-            && settings.from_deg <= MOST_DEG
-            && settings.to_deg >= LEAST_DEG
+            && settings.from_deg <= MAX_DEG
+            && settings.to_deg >= MIN_DEG
             && settings.from_deg > settings.to_deg
             && settings.clock_u_ppm.is_none_or(|ppm| (0.0..=1e5).contains(&ppm))
     }

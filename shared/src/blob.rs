@@ -12,10 +12,10 @@
 //! is too old for from a broken one.
 
 use crate::checksum::{crc32, crc32_of_pieces};
-use crate::features::{features, Inputs, MOST_INPUTS};
+use crate::features::{features, Inputs, MAX_INPUTS};
 use crate::history::{History, Moment};
-use crate::network::{Network, NetworkError, Number, MOST_OUTPUTS};
-use crate::numbers::MOST_NUMBERS;
+use crate::network::{Network, NetworkError, Number, MAX_OUTPUTS};
+use crate::numbers::MAX_NUMBERS;
 use crate::source::{in_memory, Bytes, Source};
 use crate::window::Window;
 use heapless::{String, Vec};
@@ -39,14 +39,14 @@ pub const GOLDEN: core::ops::RangeInclusive<usize> = 2..=4;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Golden {
     /// Scaled inputs, as bits of `f32`.
-    pub inputs: Vec<u32, MOST_INPUTS>,
+    pub inputs: Vec<u32, MAX_INPUTS>,
     pub outputs: OutputBits,
 }
 
 /// All that a network says of a window, as bits of `f32`: natural frequency (rad/s), damping ratio, numbers
 /// of effects.
 #[derive(Clone, Debug, PartialEq)]
-pub struct OutputBits(pub Vec<u32, MOST_OUTPUTS>);
+pub struct OutputBits(pub Vec<u32, MAX_OUTPUTS>);
 
 /// One after the other: how many there are the network says.
 impl Serialize for OutputBits {
@@ -246,7 +246,7 @@ fn decode_all(
     network.numbers.clear();
     network.number_names.clear();
     if envelope.format == FORMAT_WITH_NUMBERS {
-        network.numbers = next::<Vec<Number, MOST_NUMBERS>>(&mut payload)?;
+        network.numbers = next::<Vec<Number, MAX_NUMBERS>>(&mut payload)?;
         network.number_names = text(&mut payload)?;
         if network.numbers.is_empty() {
             return Err(BlobError::Malformed);

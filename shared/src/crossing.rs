@@ -10,7 +10,7 @@ pub const CYCLES: usize = 3;
 pub(crate) const HALF_CYCLES: usize = 2 * CYCLES;
 
 /// Fewest crossings that may fix a window: two cycles and the alternating term's degree of freedom.
-const FEWEST_CROSSINGS: usize = 5;
+const MIN_CROSSINGS: usize = 5;
 /// Half-width of the straight line through a crossing, as a share of the half period between
 /// the extremes about it. At a sixth the sine still deviates by 4 % of its own height only, and
 /// does so symmetrically.
@@ -94,7 +94,7 @@ pub(crate) fn line_through<S: Copy + Default + Into<f32>>(
 
 /// Weighted regression over a window's crossings: where its half cycles lie.
 pub(crate) fn regress(crossings: &Deque<Crossing, HALF_CYCLES>) -> Option<Fit> {
-    if crossings.len() < FEWEST_CROSSINGS {
+    if crossings.len() < MIN_CROSSINGS {
         return None;
     }
     let first = crossings.front()?;

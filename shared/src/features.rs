@@ -11,10 +11,10 @@ pub const SHAPE: usize = 40;
 /// The shape and the reciprocal of the window's duration.
 pub const FEATURES: usize = SHAPE + 1;
 /// Most inputs of a network: the features and the amplitude.
-pub const MOST_INPUTS: usize = FEATURES + 1;
+pub const MAX_INPUTS: usize = FEATURES + 1;
 
 /// What a network is given, as many numbers as its topology says first.
-pub type Inputs = Vec<f32, MOST_INPUTS>;
+pub type Inputs = Vec<f32, MAX_INPUTS>;
 
 /// How the shape of the window is given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
@@ -50,18 +50,18 @@ pub struct AmplitudeScaling {
 }
 
 /// Least amplitude that has a logarithm here, degrees.
-const LEAST_AMPLITUDE_DEG: f32 = 1e-3;
+const MIN_AMPLITUDE_DEG: f32 = 1e-3;
 
 impl AmplitudeScaling {
     /// Brings these amplitudes, degrees, to -1 and 1.
     pub fn between(low_deg: f32, high_deg: f32) -> Self {
-        let log = |deg: f32| libm::logf(deg.max(LEAST_AMPLITUDE_DEG));
+        let log = |deg: f32| libm::logf(deg.max(MIN_AMPLITUDE_DEG));
         let (low, high) = (log(low_deg), log(high_deg));
         Self { log_offset: 0.5 * (low + high), log_gain: 2.0 / (high - low).max(f32::MIN_POSITIVE) }
     }
 
     fn apply(&self, amplitude_deg: f32) -> f32 {
-        (libm::logf(amplitude_deg.max(LEAST_AMPLITUDE_DEG)) - self.log_offset) * self.log_gain
+        (libm::logf(amplitude_deg.max(MIN_AMPLITUDE_DEG)) - self.log_offset) * self.log_gain
     }
 }
 

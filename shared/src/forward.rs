@@ -1,14 +1,14 @@
 //! Forward pass of a small multilayer perceptron, the same bits on host and device.
 
-use crate::features::{FEATURES, MOST_INPUTS};
-use crate::numbers::MOST_NUMBERS;
+use crate::features::{FEATURES, MAX_INPUTS};
+use crate::numbers::MAX_NUMBERS;
 
 /// Widest layer, the inputs' included.
 pub const WIDEST: usize = 48;
 /// Natural frequency and damping ratio, which every network says first.
 pub const OUTPUTS: usize = 2;
 /// Most outputs: those two, then numbers of effects.
-pub const MOST_OUTPUTS: usize = OUTPUTS + MOST_NUMBERS;
+pub const MAX_OUTPUTS: usize = OUTPUTS + MAX_NUMBERS;
 /// Columns of a layer that are summed side by side, each in a register of its own.
 const COLUMNS: usize = 6;
 /// Rows of a layer between two looks at whether there are more.
@@ -21,14 +21,14 @@ pub fn forward(
     linear_layers: u8,
     weights: &[f32],
     inputs: &[f32],
-) -> [f32; MOST_OUTPUTS] {
+) -> [f32; MAX_OUTPUTS] {
     // With all lengths known to the compiler the same sums take 40 % fewer instructions.
     if let ([_, 6, 2], 0) = (topology, linear_layers) {
         if let Ok(inputs) = <&[f32; FEATURES]>::try_from(inputs) {
             return one_hidden_layer::<FEATURES, 6>(weights, inputs);
         }
-        if let Ok(inputs) = <&[f32; MOST_INPUTS]>::try_from(inputs) {
-            return one_hidden_layer::<MOST_INPUTS, 6>(weights, inputs);
+        if let Ok(inputs) = <&[f32; MAX_INPUTS]>::try_from(inputs) {
+            return one_hidden_layer::<MAX_INPUTS, 6>(weights, inputs);
         }
     }
     any_layers(topology, linear_layers, weights, inputs)
@@ -39,7 +39,7 @@ pub fn forward(
 fn one_hidden_layer<const M: usize, const N: usize>(
     weights: &[f32],
     inputs: &[f32; M],
-) -> [f32; MOST_OUTPUTS] {
+) -> [f32; MAX_OUTPUTS] {
     // One look at the length, here: one before the second layer makes all after it conditional.
     let count = (M + 1) * N + (N + 1) * OUTPUTS;
     let (first, second) = weights[..count].split_at((M + 1) * N);
@@ -86,7 +86,7 @@ fn any_layers(
     linear_layers: u8,
     weights: &[f32],
     inputs: &[f32],
-) -> [f32; MOST_OUTPUTS] {
+) -> [f32; MAX_OUTPUTS] {
     let mut values = [0.0_f32; WIDEST];
     let mut next = [0.0_f32; WIDEST];
     let mut weights = weights;

@@ -12,9 +12,9 @@ use serde::{Deserialize, Serialize};
 /// leaves 0.03 % where a swing crosses a jump, and 8 of 160 beyond 3 u, one every four codes 15.
 pub const KNOTS: usize = 512;
 /// Fewest.
-pub const FEWEST_KNOTS: usize = 16;
+pub const MIN_KNOTS: usize = 16;
 /// Bits of the largest spacing and of the largest unit of a correction.
-const MOST_BITS: [u8; 2] = [8, 3];
+const MAX_BITS: [u8; 2] = [8, 3];
 
 /// How a table is to be read, and what it is of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
@@ -94,15 +94,15 @@ impl Table {
     pub fn is_sound(&self) -> bool {
         let Head { first_counts, spacing_bits, unit_bits, knots, learned_from, damping_u } =
             self.head;
-        let spacing = 1_i32 << spacing_bits.min(MOST_BITS[0]);
+        let spacing = 1_i32 << spacing_bits.min(MAX_BITS[0]);
         let end = i32::from(first_counts) + spacing * i32::from(knots).saturating_sub(1);
         let rises = |pair: &[i8]| match pair {
             [one, next] => (i32::from(*next) - i32::from(*one)) << unit_bits > -spacing,
             _ => true,
         };
-        spacing_bits <= MOST_BITS[0]
-            && unit_bits <= MOST_BITS[1]
-            && (FEWEST_KNOTS..=KNOTS).contains(&usize::from(knots))
+        spacing_bits <= MAX_BITS[0]
+            && unit_bits <= MAX_BITS[1]
+            && (MIN_KNOTS..=KNOTS).contains(&usize::from(knots))
             && end <= i32::from(u16::MAX)
             && learned_from > 0
             && (0.0..1.0).contains(&damping_u)
@@ -161,7 +161,7 @@ mod tests {
 
     #[test]
     fn between_knots_it_is_straight_and_beyond_them_it_stays() {
-        let mut corrections = [0; FEWEST_KNOTS];
+        let mut corrections = [0; MIN_KNOTS];
         (corrections[0], corrections[1], corrections[15]) = (-4, 4, 10);
         let table = table(4, 1, &corrections);
         assert!(table.is_sound());

@@ -1,8 +1,8 @@
 //! A small multilayer perceptron as it is kept: its shape, weights and scalings, and what it was trained on.
 
 use crate::features::{FeatureKind, Features, InputScaling};
-pub use crate::forward::{forward, tanh, MOST_OUTPUTS, OUTPUTS, WIDEST};
-use crate::numbers::{Numbers, MOST_NUMBERS};
+pub use crate::forward::{forward, tanh, MAX_OUTPUTS, OUTPUTS, WIDEST};
+use crate::numbers::{Numbers, MAX_NUMBERS};
 use crate::source::Bytes;
 use heapless::{String, Vec};
 use postcard::Deserializer;
@@ -10,11 +10,11 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 /// Most layers, inputs and outputs included.
-pub const MOST_LAYERS: usize = 5;
+pub const MAX_LAYERS: usize = 5;
 /// Most weights and biases: 41-20-2 has 882.
-pub const MOST_WEIGHTS: usize = 1024;
+pub const MAX_WEIGHTS: usize = 1024;
 /// Largest [`Number::amplitude_power`].
-pub const MOST_POWER: u8 = 8;
+pub const MAX_POWER: u8 = 8;
 
 /// What the hidden nodes do. Outputs are linear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
@@ -65,7 +65,7 @@ pub struct Estimate {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Network {
     /// Nodes in each layer, inputs first: 41, 6, 2; or 42, 6, 2 with the amplitude.
-    pub topology: Vec<u8, MOST_LAYERS>,
+    pub topology: Vec<u8, MAX_LAYERS>,
     /// Layers after the inputs whose nodes are linear: 1 for a projection on principal
     /// components, else none. Their weights stand with the others.
     pub linear_layers: u8,
@@ -81,12 +81,12 @@ pub struct Network {
     pub bias_rms: [f32; OUTPUTS],
     /// What it says beside; mostly nothing. A blob has them before the rest.
     #[serde(skip)]
-    pub numbers: Vec<Number, MOST_NUMBERS>,
+    pub numbers: Vec<Number, MAX_NUMBERS>,
     #[serde(skip)]
     pub number_names: NumberNames,
     /// Layer by layer a row of biases, then a row for each input, each as long as the layer is
     /// wide: the weights a node's neighbours use at once stand side by side.
-    pub weights: Vec<f32, MOST_WEIGHTS>,
+    pub weights: Vec<f32, MAX_WEIGHTS>,
 }
 
 /// What is wrong with a network.
@@ -237,6 +237,6 @@ impl Number {
         let finite = [scaling.offset, *test_rms, *bias_rms];
         finite.iter().all(|x| x.is_finite())
             && scaling.gain.is_normal()
-            && *amplitude_power <= MOST_POWER
+            && *amplitude_power <= MAX_POWER
     }
 }

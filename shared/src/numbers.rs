@@ -6,14 +6,14 @@ use postcard_schema::{schema::NamedType, Schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// Most numbers of effects that a network says.
-pub const MOST_NUMBERS: usize = 2;
+pub const MAX_NUMBERS: usize = 2;
 
 /// One for each number that the network says, in its order. Small, and copied like the results it is in.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Numbers<T> {
     count: u8,
-    values: [T; MOST_NUMBERS],
+    values: [T; MAX_NUMBERS],
 }
 
 impl<T> core::ops::Deref for Numbers<T> {
@@ -37,7 +37,7 @@ impl<T: Copy + Default> FromIterator<T> for Numbers<T> {
 }
 
 impl<T: Schema> Schema for Numbers<T> {
-    const SCHEMA: &'static NamedType = <Vec<T, MOST_NUMBERS> as Schema>::SCHEMA;
+    const SCHEMA: &'static NamedType = <Vec<T, MAX_NUMBERS> as Schema>::SCHEMA;
 }
 
 impl<T: Serialize> Serialize for Numbers<T> {
@@ -48,6 +48,6 @@ impl<T: Serialize> Serialize for Numbers<T> {
 
 impl<'de, T: Copy + Default + Deserialize<'de>> Deserialize<'de> for Numbers<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Ok(Vec::<T, MOST_NUMBERS>::deserialize(deserializer)?.into_iter().collect())
+        Ok(Vec::<T, MAX_NUMBERS>::deserialize(deserializer)?.into_iter().collect())
     }
 }

@@ -8,7 +8,7 @@ use yawrig_shared::wire::{Flags, Phase};
 
 /// A swing that overshoots its rest by this share of where it began is an oscillation: damping ratios up to
 /// 0.5.
-const LEAST_OVERSHOOT: f32 = 0.16;
+const MIN_OVERSHOOT: f32 = 0.16;
 
 impl Measuring {
     /// What was seen before this turning point is no part of the free oscillation: a hand has turned the
@@ -76,7 +76,7 @@ impl Measuring {
         let rest_deg = self.watch.rest_deg();
         let [from, to] = [swing.from, swing.to].map(|end| end.yaw_deg - rest_deg);
         // Any less damped one, and it is none that a hand has turned to its rest.
-        if -to / from < LEAST_OVERSHOOT {
+        if -to / from < MIN_OVERSHOOT {
             return;
         }
         self.current.swings.add_halves(&swing, from, to);

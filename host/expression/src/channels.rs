@@ -13,7 +13,7 @@ pub struct OfChannels {
 }
 
 /// Most channels of an expression.
-const MOST: usize = 64;
+const MAX: usize = 64;
 /// What comes out in radians, whatever goes in.
 const ANGLES: [&str; 4] = ["atan2", "atan", "asin", "acos"];
 
@@ -28,8 +28,8 @@ impl OfChannels {
         if names.is_empty() {
             return Err(Flaw::new(0..text.len(), "no channel is in it", "name one"));
         }
-        if names.len() > MOST {
-            let what = format!("more than {MOST} channels are in it");
+        if names.len() > MAX {
+            let what = format!("more than {MAX} channels are in it");
             return Err(Flaw::new(0..text.len(), what, "compute it in two steps"));
         }
         let parameters: Vec<String> = (0..names.len()).map(parameter).collect();

@@ -3,7 +3,7 @@
 use super::document::{Declared, Document, Text};
 use super::expression::{self, Flaw};
 use super::naming::{is_name, named, one_line};
-use super::program::{Program, MOST_PARAMETERS};
+use super::program::{Program, MAX_PARAMETERS};
 use super::samples::Subject;
 use super::source::Place;
 use super::state_file::{self, Numbers};
@@ -172,8 +172,8 @@ fn check_head(place: &Text, document: &Document, taken: &[&str]) -> Result<()> {
     if document.title.get_ref().trim().is_empty() {
         return Err(place.error(&document.title, "the title is empty", "say what the effect is"));
     }
-    document.parameters.get(MOST_PARAMETERS).map_or(Ok(()), |(name, _)| {
-        let message = format!("more than {MOST_PARAMETERS} parameters");
+    document.parameters.get(MAX_PARAMETERS).map_or(Ok(()), |(name, _)| {
+        let message = format!("more than {MAX_PARAMETERS} parameters");
         Err(place.error(name, &message, "no record tells so many apart"))
     })
 }

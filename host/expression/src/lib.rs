@@ -49,9 +49,9 @@ pub use channels::OfChannels;
 pub use error::{Error, Result};
 pub use file::{from_text, read};
 pub use prepared::Prepared;
-pub use program::{Program, State, MOST_PARAMETERS};
+pub use program::{Program, State, MAX_PARAMETERS};
 pub use ready_made::{all_ready_made, ready_made};
-pub use states::{follow, OwnState, MOST_STATES};
+pub use states::{follow, OwnState, MAX_STATES};
 pub use translate::{translate, Language};
 pub use units::Unit;
 
@@ -153,7 +153,7 @@ impl OwnEffect {
         if !self.states.is_empty() {
             let swing = states::swing(&self.states, parameters, amplitude_rad, wn_rad_s, 0.0);
             let cycle = states::last_cycle(&swing);
-            let square = |(state, z): &(State<f64>, [f64; MOST_STATES])| {
+            let square = |(state, z): &(State<f64>, [f64; MAX_STATES])| {
                 let numbers = states::numbers(parameters, &z[..self.states.len()]);
                 self.program.evaluate(state, &numbers).powi(2)
             };
@@ -178,19 +178,19 @@ impl OwnEffect {
 }
 
 /// Most own effects in one model.
-pub const MOST_OWN: usize = 4;
+pub const MAX_OWN: usize = 4;
 
 /// An own effect with its numbers; those beyond its parameters are zero.
 #[derive(Clone, Debug)]
 pub struct OwnTerm {
     pub effect: Arc<OwnEffect>,
-    pub values: [f64; MOST_PARAMETERS],
+    pub values: [f64; MAX_PARAMETERS],
 }
 
 impl OwnTerm {
     pub fn new(effect: &Arc<OwnEffect>, numbers: &[f64]) -> Self {
         let n = effect.parameters.len();
-        let mut values = [0.0; MOST_PARAMETERS];
+        let mut values = [0.0; MAX_PARAMETERS];
         values[..n].copy_from_slice(&numbers[..n]);
         Self { effect: effect.clone(), values }
     }
@@ -220,7 +220,7 @@ impl OwnTerm {
 
     /// How fast its states `z` change, per s.
     #[inline]
-    pub fn rates(&self, state: &State<f64>, z: &[f64]) -> [f64; MOST_STATES] {
+    pub fn rates(&self, state: &State<f64>, z: &[f64]) -> [f64; MAX_STATES] {
         states::rates(&self.effect.states, self.parameters(), state, z)
     }
 
@@ -230,7 +230,7 @@ impl OwnTerm {
         yaw_rad: f64,
         natural_frequency_rad_s: f64,
         wind_speed_m_s: f64,
-    ) -> [f64; MOST_STATES] {
+    ) -> [f64; MAX_STATES] {
         let held = State {
             yaw_rad,
             rate_rad_s: 0.0,

@@ -2,7 +2,7 @@
 
 use super::expression::Operator;
 use super::program::{apply, one, takes_two, two, Function, Input, Instruction, Program};
-use super::states::MOST_STATES;
+use super::states::MAX_STATES;
 
 /// A program with its numbers put in, for the many evaluations of a simulation: what does not change is
 /// computed once, the rest goes from register to register.
@@ -32,7 +32,7 @@ enum Operation {
 /// Registers of yaw, rate, time and the two signs.
 const INPUTS: usize = 5;
 /// Registers of what changes: those, and the states.
-const CHANGING: usize = INPUTS + MOST_STATES;
+const CHANGING: usize = INPUTS + MAX_STATES;
 
 impl Prepared {
     /// A program's numbers beyond `parameters` are states.

@@ -7,7 +7,7 @@ use yawrig_text::nearest;
 /// Most numbers on the stack at once.
 const STACK: usize = 16;
 /// Most parameters of one effect.
-pub const MOST_PARAMETERS: usize = 6;
+pub const MAX_PARAMETERS: usize = 6;
 
 /// What the moment depends on besides the parameters. Angles in rad, time from the release in s.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use super::expression::Node;
 use super::number::Dual;
 use super::program::{Program, State};
-use super::states::{last_cycle, numbers, swing, OwnState, MOST_STATES};
+use super::states::{last_cycle, numbers, swing, OwnState, MAX_STATES};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
@@ -27,7 +27,7 @@ pub struct Subject<'a> {
 }
 
 /// Where a moment is asked for, and the states of the effect there.
-pub type Sample = (State<f64>, [f64; MOST_STATES]);
+pub type Sample = (State<f64>, [f64; MAX_STATES]);
 
 /// Swings that states are followed along: amplitude, rad, natural frequency, rad/s, and wind, m/s.
 const SWINGS: [(f64, f64, f64); 6] = [
@@ -44,7 +44,7 @@ impl Subject<'_> {
     /// there, with these parameters.
     pub fn samples(&self, parameters: &[f64]) -> Vec<Sample> {
         if self.states.is_empty() {
-            return states().into_iter().map(|state| (state, [0.0; MOST_STATES])).collect();
+            return states().into_iter().map(|state| (state, [0.0; MAX_STATES])).collect();
         }
         let along = |(amplitude, wn, wind): (f64, f64, f64)| {
             swing(self.states, parameters, amplitude, wn, wind)
@@ -83,7 +83,7 @@ impl Subject<'_> {
         }
         let point = |k: u32| {
             let (s, c) = (TAU * (f64::from(k) + 0.5) / 2000.0).sin_cos();
-            (at(amplitude * c, -amplitude * wn * s, 0.0, wn, wind), [0.0; MOST_STATES])
+            (at(amplitude * c, -amplitude * wn * s, 0.0, wn, wind), [0.0; MAX_STATES])
         };
         (0..2000).map(point).collect()
     }

@@ -5,7 +5,7 @@ use super::expression::{self, Flaw, Span};
 use super::naming::{named as checked_name, one_line};
 use super::program::{Program, State};
 use super::source::Place;
-use super::states::{begun, OwnState, MOST_STATES};
+use super::states::{begun, OwnState, MAX_STATES};
 use super::units::{self, Unit, Wanted};
 use crate::error::Result;
 use toml::Spanned;
@@ -46,8 +46,8 @@ pub fn named(
 /// # Errors
 /// Too many states.
 pub fn check_count(place: &Text, states: &[DeclaredState]) -> Result<()> {
-    states.get(MOST_STATES).map_or(Ok(()), |state| {
-        let message = format!("more than {MOST_STATES} states");
+    states.get(MAX_STATES).map_or(Ok(()), |state| {
+        let message = format!("more than {MAX_STATES} states");
         Err(place.error(&state.name, &message, "no record tells so many apart"))
     })
 }

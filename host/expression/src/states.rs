@@ -4,16 +4,16 @@
 //! At a release it is in balance with the angle at which the model is held, or begins where its file says.
 
 use super::number::Dual;
-use super::program::{Program, State, MOST_PARAMETERS};
+use super::program::{Program, State, MAX_PARAMETERS};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
 /// Most states of one effect.
-pub const MOST_STATES: usize = 2;
+pub const MAX_STATES: usize = 2;
 /// Numbers that a program of an effect takes: its parameters, then its states.
-const NUMBERS: usize = MOST_PARAMETERS + MOST_STATES;
+const NUMBERS: usize = MAX_PARAMETERS + MAX_STATES;
 /// Most halvings of a stretch over which states are followed.
-const MOST_HALVINGS: u32 = 14;
+const MAX_HALVINGS: u32 = 14;
 /// Difference of a step and its halves, of the state, above which it is halved.
 const COARSE: f64 = 1e-9;
 /// Cycles of a swing along which states are followed from a release.
@@ -62,7 +62,7 @@ pub(super) fn begun(
     states: &[OwnState],
     parameters: &[f64],
     held: &State<f64>,
-) -> [f64; MOST_STATES] {
+) -> [f64; MAX_STATES] {
     let begin = |state: &OwnState| {
         Some(state.start_program.as_ref()?.evaluate(held, &numbers(parameters, &[])))
     };
@@ -71,13 +71,13 @@ pub(super) fn begun(
     // Where the search for a balance begins: at nothing, at the angle, at its rate.
     let tries = [0.0, held.yaw_rad, held.natural_frequency_rad_s * held.yaw_rad].into_iter();
     let found = tries.filter_map(|from| {
-        let mut z = [0.0; MOST_STATES];
+        let mut z = [0.0; MAX_STATES];
         for (z, given) in z.iter_mut().zip(&given) {
             *z = given.unwrap_or(from);
         }
         balance(states, parameters, held, &free, z)
     });
-    found.into_iter().next().unwrap_or([f64::NAN; MOST_STATES])
+    found.into_iter().next().unwrap_or([f64::NAN; MAX_STATES])
 }
 
 /// Newton's method for the states `free` from `z`, its steps halved until the rates fall.
@@ -86,11 +86,11 @@ fn balance(
     parameters: &[f64],
     held: &State<f64>,
     free: &[usize],
-    mut z: [f64; MOST_STATES],
-) -> Option<[f64; MOST_STATES]> {
+    mut z: [f64; MAX_STATES],
+) -> Option<[f64; MAX_STATES]> {
     let count = states.len();
     let rates_at = |z: &[f64]| {
-        let all: [f64; MOST_STATES] = rates(states, parameters, held, &z[..count]);
+        let all: [f64; MAX_STATES] = rates(states, parameters, held, &z[..count]);
         DVector::from_iterator(free.len(), free.iter().map(|k| all[*k]))
     };
     let constant = |value: f64| Dual { value, slope: 0.0 };
@@ -155,7 +155,7 @@ pub fn follow<const N: usize>(
     };
     let mut largest = z.map(f64::abs);
     // In units of the shortest step, so that they add up to the whole.
-    let whole = 1u32 << MOST_HALVINGS;
+    let whole = 1u32 << MAX_HALVINGS;
     let (mut done, mut now) = (0, whole);
     let unit = h / f64::from(whole);
     while done < whole {
@@ -195,7 +195,7 @@ pub(super) fn swing(
     amplitude_rad: f64,
     wn_rad_s: f64,
     wind_speed_m_s: f64,
-) -> Vec<(State<f64>, [f64; MOST_STATES])> {
+) -> Vec<(State<f64>, [f64; MAX_STATES])> {
     let at = |t: f64| {
         let (s, c) = (wn_rad_s * t).sin_cos();
         State {

@@ -8,15 +8,15 @@ use yawrig_core::linearity::{Knots, Learned, Swings};
 use yawrig_core::record::Record;
 use yawrig_protocol::linearity::code_counts;
 pub use yawrig_protocol::linearity::{absent_name, codes, json, text};
-use yawrig_shared::linearity::{Head, Table, FEWEST_KNOTS, KNOTS};
+use yawrig_shared::linearity::{Head, Table, KNOTS, MIN_KNOTS};
 use yawrig_shared::wire::{LinearityPart, Refusal, Request, Settings, PART_KNOTS};
 
 /// Fewest releases: what is one release's own is to be told from what is the sensor's.
-pub const FEWEST_RELEASES: usize = 3;
+pub const MIN_RELEASES: usize = 3;
 /// Readings further from a whole count than this are of another scale.
 const WHOLE: f64 = 0.1;
 /// Bits of the largest unit of a correction.
-const MOST_UNIT_BITS: u8 = 3;
+const MAX_UNIT_BITS: u8 = 3;
 
 /// A table with what is known of it.
 #[derive(Clone, Debug)]
@@ -41,12 +41,12 @@ pub struct Widest {
 /// # Errors
 /// Exit 2 for too few, or one given twice; exit 3 for records of another scale, or that determine no table.
 pub fn make(records: &[Record], settings: &Settings) -> Result<Option<Made>> {
-    if records.len() < FEWEST_RELEASES {
+    if records.len() < MIN_RELEASES {
         return Err(Error::usage(format!(
             "{} releases are too few to tell the sensor's error from the rig's",
             records.len()
         ))
-        .help(format!("give {FEWEST_RELEASES} or more, eight if there are")));
+        .help(format!("give {MIN_RELEASES} or more, eight if there are")));
     }
     check_each_once(records)?;
     for record in records {
@@ -81,7 +81,7 @@ pub fn make(records: &[Record], settings: &Settings) -> Result<Option<Made>> {
     }
     let counts: Vec<f64> = learned.corrections_deg.iter().map(|deg| deg / deg_per_count).collect();
     let largest = counts.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
-    let unit_bits = (0..=MOST_UNIT_BITS)
+    let unit_bits = (0..=MAX_UNIT_BITS)
         .find(|bits| largest <= f64::from(127_u16 << bits))
         .ok_or_else(|| {
             let codes = codes(largest, settings);
@@ -114,7 +114,7 @@ fn grid(low: f64, high: f64, settings: &Settings) -> Option<(u16, u8, usize)> {
     let spacing_bits =
         (finest..=8).find(|bits| high - low <= f64::from((KNOTS as u32 - 1) << bits))?;
     let spacing = f64::from(1_u32 << spacing_bits);
-    let count = (((high - low) / spacing).ceil() as usize + 1).max(FEWEST_KNOTS);
+    let count = (((high - low) / spacing).ceil() as usize + 1).max(MIN_KNOTS);
     // The last knot is a reading, too.
     let last = f64::from(u16::MAX) - spacing * (count - 1) as f64;
     (within && last >= 0.0).then_some((low.min(last.floor()) as u16, spacing_bits, count))

@@ -16,7 +16,7 @@ use std::sync::Arc;
 use toml::Spanned;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::settings;
-use yawrig_core::effects::{Effect, Knots, MeasuredLaw, Part, MEASURED_LAW, MOST_OWN};
+use yawrig_core::effects::{Effect, Knots, MeasuredLaw, Part, MAX_OWN, MEASURED_LAW};
 use yawrig_core::record::Measurand;
 use yawrig_expression::is_file;
 use yawrig_text::pointed;
@@ -129,8 +129,8 @@ impl Reader<'_> {
             }
             effects.push(effect);
             let own = effects.iter().filter(|e| e.effect.is_own()).count();
-            if own > MOST_OWN {
-                let what = format!("more than {MOST_OWN} effects of your own");
+            if own > MAX_OWN {
+                let what = format!("more than {MAX_OWN} effects of your own");
                 return Err(self.error(&entry.id.span(), what).help("take fewer at a time"));
             }
         }

@@ -27,7 +27,7 @@ use yawrig_core::quantity::Quantity;
 use yawrig_records::Selection;
 
 /// Most rivals that are looked for.
-const MOST_RIVALS: usize = 3;
+const MAX_RIVALS: usize = 3;
 /// Where the file does not say what the rig can do: amplitudes and lengths, of those of the records there
 /// are.
 const AMPLITUDES: [f64; 5] = [0.25, 0.5, 1.0, 1.5, 2.0];
@@ -219,7 +219,7 @@ fn found(model: &Model, data: &Data, notes: &mut Vec<String>) -> Result<Vec<Join
     let mut rivals = if present.structure.effects.is_empty() { Vec::new() } else { vec![present] };
     for other in others {
         let is_near = rivals.first().is_none_or(|best| worse(&other, best) < MARGIN);
-        if rivals.len() >= MOST_RIVALS || (!is_near && rivals.len() >= 2) {
+        if rivals.len() >= MAX_RIVALS || (!is_near && rivals.len() >= 2) {
             break;
         }
         if !is_near {

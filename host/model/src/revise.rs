@@ -17,7 +17,7 @@ pub use step::{Revision, RevisionRequest};
 use yawrig_base::error::{Error, Exit, Result};
 use yawrig_base::interrupt;
 use yawrig_base::settings;
-use yawrig_core::effects::{Effect, SourceKind, MOST_OWN};
+use yawrig_core::effects::{Effect, SourceKind, MAX_OWN};
 use yawrig_text::nearest;
 
 /// A word of a command line.
@@ -48,8 +48,8 @@ pub fn check_addable(model: &Model, effect: Effect) -> Result<()> {
             .help("name each effect once"));
     }
     let own = |e: &&Effect| e.is_own();
-    if own(&&effect) && model.effects.iter().map(|e| &e.effect).filter(own).count() >= MOST_OWN {
-        return Err(Error::usage(format!("the model has {MOST_OWN} effects of your own"))
+    if own(&&effect) && model.effects.iter().map(|e| &e.effect).filter(own).count() >= MAX_OWN {
+        return Err(Error::usage(format!("the model has {MAX_OWN} effects of your own"))
             .help("take one out first: yawrig remove ID"));
     }
     Ok(())

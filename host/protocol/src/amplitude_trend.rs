@@ -8,8 +8,8 @@ use yawrig_shared::wire::WindowResult;
 /// side. A table: a crate of distributions would be compiled for these ten numbers.
 const STUDENT: [f64; 10] = [127.3, 14.09, 7.453, 5.598, 4.773, 4.317, 4.029, 3.833, 3.690, 3.581];
 /// Smallest changes reported, as a share: twice and more what a network's own errors make between windows.
-const LEAST_DAMPING: f64 = 0.1;
-const LEAST_FREQUENCY: f64 = 0.002;
+const MIN_DAMPING: f64 = 0.1;
+const MIN_FREQUENCY: f64 = 0.002;
 
 /// What changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,8 +43,8 @@ pub fn trends(windows: &[WindowResult]) -> Vec<Trend> {
             (t.value[1] - t.value[0]).abs() > least * first.max(last)
         })
     };
-    let frequency = of(Changing::NaturalFrequency, LEAST_FREQUENCY, |w| w.natural_frequency_rad_s);
-    let damping = of(Changing::DampingRatio, LEAST_DAMPING, |w| w.damping_ratio);
+    let frequency = of(Changing::NaturalFrequency, MIN_FREQUENCY, |w| w.natural_frequency_rad_s);
+    let damping = of(Changing::DampingRatio, MIN_DAMPING, |w| w.damping_ratio);
     frequency.into_iter().chain(damping).collect()
 }
 

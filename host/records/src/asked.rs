@@ -6,7 +6,7 @@ use super::names;
 use super::quantity::{self, Meant, Quantity, Unclear};
 use super::suggest;
 use super::swing;
-use super::table::{Channel, Selection, FEWEST_SAMPLES, LONGEST_S};
+use super::table::{Channel, Selection, LONGEST_S, MIN_SAMPLES};
 use super::units;
 use std::borrow::Cow;
 use std::path::Path;
@@ -15,7 +15,7 @@ use yawrig_base::settings;
 use yawrig_core::record::Record;
 
 /// Channels whose swing is drawn, at most.
-const MOST_PICTURES: usize = 12;
+const MAX_PICTURES: usize = 12;
 
 /// The channels of `table` that `selection` means as a record, and what is to be said of it. `in_order`: the
 /// channels stand beside each other as somebody wrote them.
@@ -124,7 +124,7 @@ impl<'a> ChannelRequest<'a> {
             .table
             .iter()
             .filter_map(|c| Some(format!("\n  {} {}", swing::picture(c)?, c.name)))
-            .take(MOST_PICTURES)
+            .take(MAX_PICTURES)
             .collect();
         let error = Error::data(format!("{file}: {what}; its channels: {there}{pictures}"));
         match self.with_command {
@@ -308,7 +308,7 @@ pub(super) fn check(record: &Record, yaw: &str) -> Result<()> {
             return Err(refuse(index, "more than a day after the first sample".to_owned()));
         }
     }
-    if record.len() < FEWEST_SAMPLES {
+    if record.len() < MIN_SAMPLES {
         return Err(Error::data(format!(
             "{}: {} samples are too few for three cycles",
             record.file.display(),

@@ -6,13 +6,13 @@ use yawrig_core::record::Record;
 /// Share of stamps that repeat the one before, beyond which they are a clock too coarse for the rate.
 const COARSE: f64 = 0.1;
 /// Ticks of the clock by which an evenly spread sample may be off its stamp.
-const MOST_OFF: f64 = 1.5;
+const MAX_OFF: f64 = 1.5;
 /// The same where each stamp is the sample's time, rounded or cut, and a tick at most this share of a step:
 /// half a step off is a lost sample.
 const ROUNDED_OFF: f64 = 0.7;
 const FINE: f64 = 0.61;
 /// Decimals of a stamp in s, at most.
-const MOST_DECIMALS: i32 = 7;
+const MAX_DECIMALS: i32 = 7;
 /// Share of the rows that may be out of order and be left out: fewer than are lost to no harm, and no second
 /// recording.
 const FEW: f64 = 0.01;
@@ -93,7 +93,7 @@ pub fn spread(record: &mut Record) -> Result<(), String> {
             return Err(no_even());
         }
         let tick_s = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
-        Some(Even::of(time_s, tick_s, MOST_OFF).ok_or_else(no_even)?)
+        Some(Even::of(time_s, tick_s, MAX_OFF).ok_or_else(no_even)?)
     } else {
         let step_s = (time_s[time_s.len() - 1] - time_s[0]) / (time_s.len() as f64 - 1.0);
         let fine = decimal_tick_s(time_s).filter(|tick_s| *tick_s < FINE * step_s);
@@ -118,7 +118,7 @@ pub fn spread(record: &mut Record) -> Result<(), String> {
 fn decimal_tick_s(time_s: &[f64]) -> Option<f64> {
     // Stamps of a calendar's seconds have ten digits before the point.
     let whole = |ticks: f64| (ticks - ticks.round()).abs() < f64::max(1e-4, 1e-15 * ticks.abs());
-    (0..=MOST_DECIMALS)
+    (0..=MAX_DECIMALS)
         .map(|decimals| 10f64.powi(decimals))
         .find(|per_s| time_s.iter().all(|t| whole(t * per_s)))
         .map(f64::recip)

@@ -5,7 +5,7 @@ use super::clock;
 use super::grid;
 use super::quantity::{self, Meant};
 use super::suggest;
-use super::table::{Selection, FEWEST_SAMPLES, LONGEST_S};
+use super::table::{Selection, LONGEST_S, MIN_SAMPLES};
 use csv::ByteRecord;
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
@@ -165,7 +165,7 @@ pub(super) fn of_bytes(file: &Path, bytes: &[u8]) -> Result<Record> {
     }
     clock::spread(&mut record)
         .map_err(|why| at(line, why).help("give the times in smaller parts of a second"))?;
-    if record.len() < FEWEST_SAMPLES {
+    if record.len() < MIN_SAMPLES {
         let what =
             format!("the record ends after {} samples, too short for three cycles", record.len());
         return Err(at(line, what).help("record at least three cycles of the free decay"));

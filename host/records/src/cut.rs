@@ -1,7 +1,7 @@
 //! What lies between two times that somebody chose.
 
 use super::place::Times;
-use super::table::FEWEST_SAMPLES;
+use super::table::MIN_SAMPLES;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::settings;
 use yawrig_core::record::Record;
@@ -36,7 +36,7 @@ pub(super) fn between(record: Record, times: Times, kept: bool) -> Result<Record
     }
     let begin = record.time_s.partition_point(|t| *t < from_s.unwrap_or(first));
     let end = record.time_s.partition_point(|t| *t <= to_s.unwrap_or(last));
-    if end < begin + FEWEST_SAMPLES {
+    if end < begin + MIN_SAMPLES {
         let from_s = from_s.unwrap_or(first);
         let to_s = to_s.unwrap_or(last);
         let samples = end.saturating_sub(begin);

@@ -72,7 +72,7 @@ fn columns_of(dataset: &Dataset) -> Option<Vec<Vec<f64>>> {
     let &[rows, columns] = shape.as_slice() else { return None };
     let (rows, columns) = (rows as usize, columns as usize);
     let least = rows.min(columns);
-    if !(2..=mat::MOST_COLUMNS).contains(&least) || rows == columns {
+    if !(2..=mat::MAX_COLUMNS).contains(&least) || rows == columns {
         return None;
     }
     let values = scaled(dataset, dataset.read_f64().ok()?);

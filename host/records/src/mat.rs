@@ -129,7 +129,7 @@ fn variable(
 }
 
 /// Cells of a variable that are channels, at most: more are a list of something else.
-const MOST_CELLS: usize = 1024;
+const MAX_CELLS: usize = 1024;
 
 fn cells(
     mut elements: Elements,
@@ -142,7 +142,7 @@ fn cells(
         return Err(format!("cells within cells more than {DEEPEST} deep"));
     }
     let count = size.iter().try_fold(1, |n: usize, s| n.checked_mul(*s)).ok_or_else(cut)?;
-    if count > MOST_CELLS {
+    if count > MAX_CELLS {
         let values = Err(format!("{count} cells, of which none is read"));
         channels.push(Channel { name: name.to_owned(), unit: None, step_s: None, values });
         return Ok(());
@@ -193,12 +193,12 @@ fn matrix(name: &str, size: &[usize], values: Vec<f64>, channels: &mut Vec<Chann
     };
     match *size {
         // The numbers stand column by column.
-        [rows, columns @ 2..=MOST_COLUMNS] if rows > 1 && columns <= rows => {
+        [rows, columns @ 2..=MAX_COLUMNS] if rows > 1 && columns <= rows => {
             for (k, column) in values.chunks(rows).enumerate() {
                 add(column_name(name, k), Ok(column.to_vec()));
             }
         }
-        [rows @ 2..=MOST_COLUMNS, columns] if rows < columns => {
+        [rows @ 2..=MAX_COLUMNS, columns] if rows < columns => {
             for k in 0..rows {
                 let row = values.iter().skip(k).step_by(rows).copied().collect();
                 add(format!("{name}({},:)", k + 1), Ok(row));
@@ -209,7 +209,7 @@ fn matrix(name: &str, size: &[usize], values: Vec<f64>, channels: &mut Vec<Chann
 }
 
 /// Columns of a matrix that are channels of their own, at most.
-pub(super) const MOST_COLUMNS: usize = 32;
+pub(super) const MAX_COLUMNS: usize = 32;
 
 /// As MATLAB writes a column: `data(:,2)`.
 pub(super) fn column_name(matrix: &str, index: usize) -> String {

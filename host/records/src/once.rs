@@ -10,7 +10,7 @@ use yawrig_core::identify::several;
 use yawrig_core::record::Record;
 
 /// Samples that are kept, of all records together: some 64 MB.
-const MOST_SAMPLES: usize = 4_000_000;
+const MAX_SAMPLES: usize = 4_000_000;
 
 /// All of a file's record, and where its releases are once somebody has asked for them.
 pub(super) struct Whole {
@@ -59,7 +59,7 @@ pub(super) fn whole(
     all.retain(|(known, _)| known.file != key.file || known.reading != key.reading);
     all.push((key, Arc::clone(&whole)));
     let mut samples: usize = all.iter().map(|(_, whole)| whole.record.len()).sum();
-    while samples > MOST_SAMPLES {
+    while samples > MAX_SAMPLES {
         samples -= all.remove(0).1.record.len();
     }
     Ok(whole)

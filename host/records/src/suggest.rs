@@ -26,7 +26,7 @@ const OWN_UNIT: &str = "a.u.";
 /// A clock that falls back to within so many of its steps of its beginning starts anew.
 const STEPS_OF_BEGINNING: f64 = 3.0;
 /// Channels that are tried, at most.
-const MOST_TRIED: usize = 8;
+const MAX_TRIED: usize = 8;
 /// From 2001 to 2065 in s since 1970; from 1890 to 2110 in days since the year 0, and from 1982 to 2064 since
 /// 1900, as MATLAB and workbooks count.
 const SINCE_1970_S: std::ops::Range<f64> = 1e9..3e9;
@@ -71,7 +71,7 @@ pub(super) fn command(
         let tried = Selection { rate_hz, ..guess.reading.clone() };
         read(&tried).map(|record| (guess, record))
     };
-    let mut tried: Vec<(Guess, Record)> = yaws.iter().take(MOST_TRIED).filter_map(runs).collect();
+    let mut tried: Vec<(Guess, Record)> = yaws.iter().take(MAX_TRIED).filter_map(runs).collect();
     // The first of which something is found, or else the first that is read at all.
     let at = tried.iter().position(|(_, record)| swing::is_found(record)).unwrap_or(0);
     let Some((guess, _)) = (at < tried.len()).then(|| tried.swap_remove(at)) else {

@@ -2,7 +2,7 @@
 
 use super::names;
 use super::quantity::{self, Quantity};
-use super::table::{Channel, FEWEST_SAMPLES};
+use super::table::{Channel, MIN_SAMPLES};
 use super::times;
 use yawrig_core::identify::{identify, Method, Settings};
 use yawrig_core::record::Record;
@@ -12,7 +12,7 @@ const SAMPLES_HZ: f64 = 1000.0;
 /// Share of its amplitude down to which what is left to itself is seen to fall.
 const DECAYS_TO: f64 = 0.9;
 /// Of more samples, means are looked at.
-const MOST_SAMPLES: usize = 50_000;
+const MAX_SAMPLES: usize = 50_000;
 /// Of two channels in one unit that swing, both leave so small a share of it unexplained: the larger is
 /// meant.
 const CLEARLY: f64 = 0.1;
@@ -100,10 +100,10 @@ fn range(channel: &Channel) -> f64 {
 /// Share of its amplitude that a damped oscillation leaves of a channel; none where it is none.
 fn misfit(channel: &Channel) -> Option<f64> {
     let values = finite(channel);
-    let each = values.len() / MOST_SAMPLES + 1;
+    let each = values.len() / MAX_SAMPLES + 1;
     let means = values.chunks(each).map(|part| part.iter().sum::<f64>() / part.len() as f64);
     let values: Vec<f64> = means.collect();
-    if values.len() < FEWEST_SAMPLES {
+    if values.len() < MIN_SAMPLES {
         return None;
     }
     let mean = values.iter().sum::<f64>() / values.len() as f64;

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use yawrig_core::record::Called;
 
 /// Fewer samples than this hold no three cycles at any rate: the fastest mode (4.2 Hz) at 20 Hz has 14.
-pub(super) const FEWEST_SAMPLES: usize = 10;
+pub(super) const MIN_SAMPLES: usize = 10;
 
 /// Longest record, s.
 pub(super) const LONGEST_S: f64 = 86_400.0;

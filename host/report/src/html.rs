@@ -5,7 +5,7 @@
 use super::data::{DATA, DATA_END};
 use super::escape::escaped;
 use super::sections;
-use super::{Report, MOST_BYTES};
+use super::{Report, MAX_BYTES};
 use yawrig_base::error::{Error, Result};
 
 /// uPlot, which draws in the browser.
@@ -18,7 +18,7 @@ const STYLE: &str = include_str!("../assets/report.css");
 /// The whole page.
 ///
 /// # Errors
-/// Exit 3 where it would be larger than [`MOST_BYTES`].
+/// Exit 3 where it would be larger than [`MAX_BYTES`].
 pub fn page(report: &Report) -> Result<String> {
     // No text of the data can end the element it stands in.
     let data = report.json()?.replace('<', "\\u003c");
@@ -33,11 +33,11 @@ pub fn page(report: &Report) -> Result<String> {
          <title>{title} - yawrig</title>\n<style>\n{UPLOT_STYLE}\n{STYLE}</style>\n</head>\n<body>\n{body}\n\
          {DATA}{data}{DATA_END}\n<script>\n/* uPlot:\n{UPLOT_LICENCE}*/\n{UPLOT}\n{SCRIPT}</script>\n</body>\n</html>\n"
     );
-    if page.len() > MOST_BYTES {
+    if page.len() > MAX_BYTES {
         return Err(Error::data(format!(
             "the report would be {:.1} MB, more than {:.0}",
             page.len() as f64 / 1e6,
-            MOST_BYTES as f64 / 1e6
+            MAX_BYTES as f64 / 1e6
         ))
         .help("report on fewer records at a time"));
     }

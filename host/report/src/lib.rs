@@ -54,7 +54,7 @@ use yawrig_shared::axis::Axis;
 
 pub const SCHEMA_VERSION: u32 = 1;
 /// Largest page, bytes.
-pub const MOST_BYTES: usize = 5_000_000;
+pub const MAX_BYTES: usize = 5_000_000;
 /// Numbers of all traces: two megabytes.
 pub const TRACE_NUMBERS: usize = 250_000;
 

@@ -16,9 +16,9 @@ use yawrig_core::quantity::Quantity;
 use yawrig_core::record::Measurand;
 
 /// Most stretches a curve is cut into.
-const MOST_POINTS: usize = 4000;
+const MAX_POINTS: usize = 4000;
 /// Fewest cycles for which the picture of a stretch is drawn: with fewer there is nothing to average.
-const LEAST_CYCLES: f64 = 1.5;
+const MIN_CYCLES: f64 = 1.5;
 
 /// From one time to another, of the record's clock in s; to its end on a side where there is none.
 pub type Span = [Option<f64>; 2];
@@ -63,7 +63,7 @@ impl Panels<'_> {
             let what = format!("the record has nothing between {} s and {} s", span[0], span[1]);
             return Err(Error::usage(what).help("show all of it (z)"));
         }
-        let stretches = Stretches { from_s, to_s, count: (points / 2).clamp(10, MOST_POINTS) };
+        let stretches = Stretches { from_s, to_s, count: (points / 2).clamp(10, MAX_POINTS) };
         // Times to a millionth of what is drawn.
         let fine = 10f64.powf((6.0 - (to_s - from_s).log10()).ceil());
         let measured = Series::new(record.time_s.clone(), record.yaw_deg.clone());
@@ -208,7 +208,7 @@ fn part(decay: &FreeDecay, fitted: &Fitted, [from, to]: Span) -> Range<usize> {
         (k.round().max(0.0) as usize).min(count)
     };
     let range = from.map_or(0, index)..to.map_or(count, index);
-    let least = (LEAST_CYCLES * decay.per_cycle()) as usize;
+    let least = (MIN_CYCLES * decay.per_cycle()) as usize;
     if range.len() < least {
         0..count
     } else {

@@ -28,11 +28,11 @@ pub struct ModelTrace {
 }
 
 /// Fewest values of a curve.
-const FEWEST: usize = 200;
+const MIN: usize = 200;
 
 /// Values per curve where `numbers` are shared by `curves` of them.
 pub fn values(numbers: usize, curves: usize) -> usize {
-    (numbers / curves.max(1)).max(FEWEST)
+    (numbers / curves.max(1)).max(MIN)
 }
 
 /// `decay` and `models` in at most `most` values each: the whole, or the least and the largest value of each

@@ -101,12 +101,12 @@ pub struct States {
 }
 
 /// Most states that are sent.
-const MOST_STATES: usize = 2000;
+const MAX_STATES: usize = 2000;
 
 impl States {
     fn of(decay: &FreeDecay, fitted: &Fitted) -> Self {
         let (yaw, rate) = fitted.motion().of_angle().readings_and_rates(&decay.grid);
-        let every = yaw.len().div_ceil(MOST_STATES).max(1);
+        let every = yaw.len().div_ceil(MAX_STATES).max(1);
         let chosen = || (0..yaw.len()).step_by(every);
         Self {
             time_s: chosen().map(|k| decay.release_time_s + decay.grid.time_s(k)).collect(),
@@ -183,7 +183,7 @@ impl View {
 pub const DIAGNOSIS: &str = "the diagnosis";
 
 /// Candidates whose curves are kept, best first.
-const MOST_GHOSTS: usize = 5;
+const MAX_GHOSTS: usize = 5;
 
 /// What an effect, or a diagnosis, would do for one release, everything fitted to that release alone.
 #[derive(Debug)]
@@ -222,7 +222,7 @@ impl Ghost {
     /// Those of the best candidates, and of the model that a diagnosis ends with.
     pub fn all_of(diagnosed: &Diagnosed) -> Vec<Self> {
         let present = &diagnosed.path[0][0];
-        let best = diagnosed.diagnosis.candidates.iter().map(|c| &c.effect).take(MOST_GHOSTS);
+        let best = diagnosed.diagnosis.candidates.iter().map(|c| &c.effect).take(MAX_GHOSTS);
         let best: Vec<&Effect> = best.collect();
         let of = |effect: &&Effect| {
             let is_its = |single: &&Fitted| single.structure.effects.last() == Some(*effect);

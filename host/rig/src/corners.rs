@@ -21,7 +21,7 @@ const BISECTIONS: u32 = 60;
 /// Difference of a step and its halves, rad and rad/s, above which a user's own moments want smaller steps.
 const COARSE: f64 = 1e-10;
 /// Most halvings of a step: a jump that nothing locates is then within a nanosecond.
-const MOST_HALVINGS: u32 = 18;
+const MAX_HALVINGS: u32 = 18;
 /// Points between the release and half a turn at which the model is asked whether it would come back.
 const POTENTIAL_POINTS: u32 = 4000;
 
@@ -110,7 +110,7 @@ impl Trajectory {
 
     /// The same under one random moment, a user's own moments resolved by halving.
     fn advance_under(&mut self, h: f64, random: f64, halvings: u32) {
-        if self.moments.has_own() && halvings < MOST_HALVINGS && self.is_coarse(h, random) {
+        if self.moments.has_own() && halvings < MAX_HALVINGS && self.is_coarse(h, random) {
             self.advance_under(0.5 * h, random, halvings + 1);
             self.advance_under(0.5 * h, random, halvings + 1);
             return;

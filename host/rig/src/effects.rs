@@ -11,16 +11,14 @@ use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 use std::sync::Arc;
-use yawrig_expression::{
-    all_ready_made, ready_made, OwnEffect, OwnTerm, MOST_OWN, MOST_PARAMETERS,
-};
+use yawrig_expression::{all_ready_made, ready_made, OwnEffect, OwnTerm, MAX_OWN, MAX_PARAMETERS};
 use yawrig_shared::modal::Modal;
 
 /// An effect with values for all its parameters, in physical range.
 #[derive(Clone, Debug)]
 pub struct Effect {
     kind: Cow<'static, Kind>,
-    values: [f64; MOST_PARAMETERS],
+    values: [f64; MAX_PARAMETERS],
     own: Option<Arc<OwnEffect>>,
 }
 
@@ -131,7 +129,7 @@ impl FromStr for Effect {
                 format!("{} takes {}", kind.id, parameters.join(", ")),
             )
         };
-        let mut values = [None; MOST_PARAMETERS];
+        let mut values = [None; MAX_PARAMETERS];
         for pair in given.split(',').map(str::trim).filter(|pair| !pair.is_empty()) {
             let (name, value) = pair
                 .split_once('=')
@@ -201,10 +199,10 @@ impl Effects {
                 ));
             }
         }
-        if effects.iter().filter(|e| e.own.is_some()).count() > MOST_OWN {
+        if effects.iter().filter(|e| e.own.is_some()).count() > MAX_OWN {
             return Err(Error::wrong(
                 Quantity::Effect,
-                format!("more than {MOST_OWN} effects of your own"),
+                format!("more than {MAX_OWN} effects of your own"),
                 "take fewer at a time",
             ));
         }
@@ -223,7 +221,7 @@ impl Effects {
     }
 
     /// The smooth moments with their values, in the library's order.
-    pub(super) fn smooth(&self) -> Vec<(Smooth, [f64; MOST_PARAMETERS])> {
+    pub(super) fn smooth(&self) -> Vec<(Smooth, [f64; MAX_PARAMETERS])> {
         let values = |id| self.list.iter().find(|e| e.id() == id).map(|e| e.values);
         LIBRARY.iter().filter_map(|kind| Some((kind.smooth?, values(&kind.id)?))).collect()
     }

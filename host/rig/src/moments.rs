@@ -6,12 +6,12 @@
 
 use super::effects::Effects;
 use super::library::Smooth;
-use yawrig_expression::{OwnTerm, State, MOST_OWN, MOST_PARAMETERS, MOST_STATES};
+use yawrig_expression::{OwnTerm, State, MAX_OWN, MAX_PARAMETERS, MAX_STATES};
 use yawrig_shared::modal::Modal;
 
 /// What the equation of motion is of: yaw angle in rad, yaw rate in rad/s, deflection of the spring that
 /// yields, rad, and the states of the user's own effects; those beyond what there are stay zero.
-pub(super) type Moving = [f64; OWN + MOST_OWN * MOST_STATES];
+pub(super) type Moving = [f64; OWN + MAX_OWN * MAX_STATES];
 /// Where the states of the user's own effects begin.
 const OWN: usize = 3;
 
@@ -34,7 +34,7 @@ pub(super) struct Moments {
     /// c, rad/s2: Coulomb's friction of the bearing, also the most it holds at rest.
     pub friction_rad_s2: f64,
     /// Moments that are smooth while the model moves one way, with their values.
-    smooth: Vec<(Smooth, [f64; MOST_PARAMETERS])>,
+    smooth: Vec<(Smooth, [f64; MAX_PARAMETERS])>,
     /// m, rad/s2: crooked flow or a bent spring.
     offset_rad_s2: f64,
     /// g, rad: half the dead zone.
@@ -128,7 +128,7 @@ impl Moments {
         let forcing = if f == 0.0 { 0.0 } else { f * (w * t + phi).cos() };
         let linear = -self.stiffness_rad2_s2 * (1.0 + self.stiffness_drift_per_s * t) * stretch
             - self.damping_rad_s * r;
-        let smooth = |sum, (law, p): &(Smooth, [f64; MOST_PARAMETERS])| {
+        let smooth = |sum, (law, p): &(Smooth, [f64; MAX_PARAMETERS])| {
             sum + (law.moment)(p, b, r, piece.rate)
         };
         self.smooth.iter().fold(linear, smooth) + self.offset_rad_s2 + forcing + random

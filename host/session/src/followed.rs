@@ -13,7 +13,7 @@ const STRETCH: u64 = 10;
 /// Stretches that a page opened later is given: a minute.
 const KEPT: usize = 6000;
 /// Lines of the log that are kept.
-const MOST_LINES: usize = 500;
+const MAX_LINES: usize = 500;
 
 /// State shown on the pages.
 #[derive(Default)]
@@ -101,7 +101,7 @@ impl Seen {
         line["text"] = json!(text);
         line["number"] = json!(self.count);
         self.lines.push_back(line.clone());
-        if self.lines.len() > MOST_LINES {
+        if self.lines.len() > MAX_LINES {
             // A page that is opened later is to be told of every release and condition: windows go first.
             let oldest = self.lines.iter().position(|line| line["event"] == "window").unwrap_or(0);
             self.lines.remove(oldest);
@@ -201,7 +201,7 @@ mod tests {
             (0..20).for_each(|_| drop(seen.log(json!({"event": "window"}), "a window")));
         }
         let of = |event: &str| seen.lines.iter().filter(|line| line["event"] == event).count();
-        assert_eq!((of("condition"), of("window")), (40, MOST_LINES - 40));
+        assert_eq!((of("condition"), of("window")), (40, MAX_LINES - 40));
         let numbers: Vec<u64> = seen.lines.iter().filter_map(|l| l["number"].as_u64()).collect();
         assert!(numbers.is_sorted() && numbers.last() == Some(&840), "{numbers:?}");
     }

@@ -25,7 +25,7 @@ use yawrig_records::Selection;
 use yawrig_report::view::{Ghost, Loaded, View};
 
 /// Views and trials kept, over all models.
-const MOST_KEPT: usize = 400;
+const MAX_KEPT: usize = 400;
 
 /// What a session begins with.
 #[derive(Clone, Debug, Default)]
@@ -335,7 +335,7 @@ impl Session {
         if !(unchanged && ticks_were_changed) {
             self.take_ticks();
         }
-        if self.views.len() + self.ghosts.len() > MOST_KEPT {
+        if self.views.len() + self.ghosts.len() > MAX_KEPT {
             let key = self.standing.key;
             self.views.retain(|k, _| k.1 == key);
             self.ghosts.retain(|k, _| k.1 == key);

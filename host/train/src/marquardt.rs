@@ -17,7 +17,7 @@ use yawrig_core::solver::descent::{relaxation, step_down, Attempt, Damping, Desc
 /// First damping, as a share of the largest curvature.
 const FIRST_DAMPING: f64 = 1e-3;
 /// Damping beyond this share of the largest curvature is a step of no length.
-const MOST_DAMPING: f64 = 1e10;
+const MAX_DAMPING: f64 = 1e10;
 /// A predicted decrease below this share of the objective is not worth a factor: rounding eats it.
 const ROUNDING: f64 = 1e-10;
 /// Precisions are re-estimated, which costs as much as a step, at every epoch of the first, then at
@@ -290,7 +290,7 @@ impl<'a> Training<'a> {
         let largest = (0..n).map(|j| self.h[(j, j)]).fold(0.0, f64::max);
         let first = *self.now.mu.get_or_insert(FIRST_DAMPING * largest);
         // Never so low that it would take many failures to come back.
-        let range = [f64::EPSILON * largest, MOST_DAMPING * largest];
+        let range = [f64::EPSILON * largest, MAX_DAMPING * largest];
         let mut damping = Damping::new(first, range);
         let objective = self.objective(&self.errors, &self.now.weights);
         let mut epoch = OneEpoch { training: self, objective, first, path: None, share: 1.0 };

@@ -16,7 +16,7 @@ use yawrig_core::record::Record;
 /// Share of a range it is widened by at either end: a network is at its worst at the edges.
 const MARGIN: f64 = 0.15;
 /// Least width of a range as a share of its middle.
-const LEAST_WIDTH: f64 = 0.2;
+const MIN_WIDTH: f64 = 0.2;
 /// Shares of the windows' values left out at either end: the last windows are mostly noise.
 const TAIL: f64 = 0.02;
 /// Limits of what networks are trained on.
@@ -78,7 +78,7 @@ fn outside(what: &str, limits: &str) -> Error {
 fn range(sorted: &[f64], limits: [f64; 2]) -> Option<[f64; 2]> {
     let tail = (sorted.len() as f64 * TAIL) as usize;
     let (low, high) = (*sorted.get(tail)?, *sorted.get(sorted.len() - 1 - tail)?);
-    let width = (high - low).max(LEAST_WIDTH * 0.5 * (low + high).abs());
+    let width = (high - low).max(MIN_WIDTH * 0.5 * (low + high).abs());
     let middle = 0.5 * (low + high);
     let half = (0.5 + MARGIN) * width;
     let widened = [(middle - half).max(limits[0]), (middle + half).min(limits[1])];

@@ -12,7 +12,7 @@ use yawrig_base::error::{Error, Exit, Result};
 use yawrig_base::settings;
 use yawrig_shared::blob::Provenance;
 use yawrig_shared::features::FeatureKind;
-use yawrig_shared::network::{Network, MOST_POWER, OUTPUTS};
+use yawrig_shared::network::{Network, MAX_POWER, OUTPUTS};
 
 /// Windows the network is tested on, drawn apart from those it is trained on.
 const TEST_DRAWS: usize = 2000;
@@ -190,7 +190,7 @@ fn tested(
         (number.test_rms, number.bias_rms) = (noisy.rms as f32, quiet.rms as f32);
         // The noise was drawn as a share of the amplitude; a sensor's is the same at all of them.
         let power = 2.0 - 2.0 * noisy.amplitude_power;
-        number.amplitude_power = power.round().clamp(0.0, f64::from(MOST_POWER)) as u8;
+        number.amplitude_power = power.round().clamp(0.0, f64::from(MAX_POWER)) as u8;
         let (rms, rms_without_noise) = (noisy.rms, quiet.rms);
         numbers.push(Told { asked: asked.clone(), rms, rms_without_noise });
     }

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Mutex;
 
 /// Parameters for each target value beyond which not even the prior makes sense of a network.
-const MOST_PARAMETERS_PER_TARGET: usize = 10;
+const MAX_PARAMETERS_PER_TARGET: usize = 10;
 /// Inputs and targets beyond this were never scaled.
 const LARGEST: f64 = 1e3;
 
@@ -151,7 +151,7 @@ fn check(samples: &Samples, options: &Options) -> Result<(), TrainError> {
         return Err(TrainError::ConstantTarget { column });
     }
     let parameters = Shape::new(&options.topology(samples)).parameters();
-    if parameters > MOST_PARAMETERS_PER_TARGET * n * k {
+    if parameters > MAX_PARAMETERS_PER_TARGET * n * k {
         return Err(TrainError::TooManyParameters { parameters, target_values: n * k });
     }
     Ok(())

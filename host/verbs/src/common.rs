@@ -11,7 +11,7 @@ use std::path::Path;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_campaign::simulated::refuse_existing;
-use yawrig_core::effects::{Effect, MOST_OWN};
+use yawrig_core::effects::{Effect, MAX_OWN};
 use yawrig_core::identify::conventional;
 use yawrig_core::identify::Settings;
 use yawrig_model::effects;
@@ -43,7 +43,7 @@ impl AnalysisArgs {
         let usual = Settings::default();
         let from_deg = self.from_deg.unwrap_or(usual.from_deg);
         let to_deg = self.to_deg.unwrap_or(usual.to_deg);
-        within("--from-deg", from_deg, 0.0, MOST_DEG)?;
+        within("--from-deg", from_deg, 0.0, MAX_DEG)?;
         if !(to_deg > 0.0 && from_deg > to_deg) {
             return Err(Error::usage(format!(
                 "--from-deg {from_deg} and --to-deg {to_deg}: no amplitude window"
@@ -63,7 +63,7 @@ impl AnalysisArgs {
 }
 
 /// Ten turns: what a torsion pendulum is wound up by.
-const MOST_DEG: f64 = 3600.0;
+const MAX_DEG: f64 = 3600.0;
 
 #[derive(Args, Debug, Clone)]
 pub struct EffectsArg {
@@ -88,11 +88,9 @@ impl EffectsArg {
         let named = self.effects.iter().map(|text| effects::named(text));
         let effects = effects::distinct(named.collect::<Result<_>>()?)?;
         let own: HashSet<&Effect> = effects.iter().filter(|e| e.is_own()).collect();
-        if own.len() > MOST_OWN {
-            return Err(Error::usage(format!(
-                "--effect: more than {MOST_OWN} effects of your own"
-            ))
-            .help("take fewer at a time"));
+        if own.len() > MAX_OWN {
+            return Err(Error::usage(format!("--effect: more than {MAX_OWN} effects of your own"))
+                .help("take fewer at a time"));
         }
         Ok(effects)
     }

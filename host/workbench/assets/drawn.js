@@ -3,7 +3,7 @@ import * as numbers from "./numbers.js";
 import { by, make } from "./elements.js";
 
 /** @typedef {"natural_frequency_rad_s" | "damping_ratio"} WindowColumn */
-const SPAN_S = 30, MOST = 6000, MOST_LINES = 200, RESULTS = 40;
+const SPAN_S = 30, MAX = 6000, MAX_LINES = 200, RESULTS = 40;
 /** What has been lost, or has gone wrong. */
 const LOST = ["trace_ended", "gap", "events_lost", "restarted", "silent", "disconnected", "refused"];
 /** @type {LiveTrace} */
@@ -37,7 +37,7 @@ export function take(now) {
     const from = now.trace.time_s.findIndex((t) => t > known);
     for (const name of COLUMNS) {
       if (from >= 0) trace[name].push(...now.trace[name].slice(from));
-      if (trace[name].length > MOST) trace[name].splice(0, trace[name].length - MOST);
+      if (trace[name].length > MAX) trace[name].splice(0, trace[name].length - MAX);
     }
   }
   const fresh = (now.lines || []).filter((line) => line.number > last);
@@ -48,7 +48,7 @@ export function take(now) {
     if (line.event === "mark") places.push({ x: line.time_s, text: line.text.replace(/^mark at [^:]*: /, "") });
     by("live-log").prepend(make("li", { className: LOST.includes(line.event) ? "lost" : "", textContent: line.text, "data-event": line.event }));
   }
-  while (by("live-log").childElementCount > MOST_LINES) by("live-log").lastChild?.remove();
+  while (by("live-log").childElementCount > MAX_LINES) by("live-log").lastChild?.remove();
   return fresh;
 }
 

@@ -16,7 +16,7 @@ const TABLES = {
   states: { one: "state", columns: ["name", "unit", "rate", "start"], fresh: { name: "z", unit: "rad", rate: "(b - z) / T", start: "" } },
 };
 /** Of a chain that an effect may have. */
-const MOST_STATES = 2;
+const MAX_STATES = 2;
 
 /** The pane; `act` takes steps, `say` tells how one went.
  * @param {Act} act @param {(text: string) => void} say @param {Failed} failed */
@@ -37,7 +37,7 @@ export function build(act, say, failed) {
         }))),
         make("td", { className: "x" }, make("button", { type: "button", textContent: "×", title: `take this ${one} away`, "aria-label": `take ${one} ${k + 1} away`, onclick: () => { list.splice(k, 1); draw(); changed(); } })))));
       const more = which === "states" && by("own-more-states");
-      if (more) more.disabled = list.length >= MOST_STATES;
+      if (more) more.disabled = list.length >= MAX_STATES;
     };
     draw();
     return { whole, more: () => { list.push({ ...TABLES[which].fresh }); draw(); changed(); first("tr:last-child input", rows)?.focus(); } };

@@ -5,7 +5,7 @@ use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 
 /// Names that are tried where one is taken.
-const MOST_OF_A_NAME: usize = 1000;
+const MAX_OF_A_NAME: usize = 1000;
 
 /// Keeps `bytes` as `name` in this folder, as another name where a file with other contents has that one; the
 /// name.
@@ -20,7 +20,7 @@ pub fn kept(name: &str, bytes: &[u8]) -> Result<PathBuf> {
     }
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let ending = path.extension().map_or(String::new(), |e| format!(".{}", e.to_string_lossy()));
-    let numbered = (2..MOST_OF_A_NAME).map(|n| PathBuf::from(format!("{stem}-{n}{ending}")));
+    let numbered = (2..MAX_OF_A_NAME).map(|n| PathBuf::from(format!("{stem}-{n}{ending}")));
     for path in std::iter::once(path.to_owned()).chain(numbered) {
         match std::fs::read(&path) {
             Ok(there) if there == bytes => return Ok(path),

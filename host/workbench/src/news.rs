@@ -4,7 +4,7 @@ use serde_json::{json, Value};
 use tokio::sync::broadcast;
 
 /// News that a slow page may have waiting before it has to ask for everything.
-const MOST_WAITING: usize = 256;
+const MAX_WAITING: usize = 256;
 
 /// To every page that is open; copies send to the same pages.
 #[derive(Clone)]
@@ -12,7 +12,7 @@ pub struct News(broadcast::Sender<String>);
 
 impl Default for News {
     fn default() -> Self {
-        Self(broadcast::channel(MOST_WAITING).0)
+        Self(broadcast::channel(MAX_WAITING).0)
     }
 }
 

@@ -26,7 +26,7 @@ const GLANCE: Duration = Duration::from_millis(20);
 const GLANCES_PER_LOOK: u32 = 25;
 
 /// Bytes of a file that is dropped on the page.
-const MOST_DROPPED: usize = 512 << 20;
+const MAX_DROPPED: usize = 512 << 20;
 
 /// What the page may do: be shown, and speak to this server.
 const POLICY: &str =
@@ -110,7 +110,7 @@ fn router(app: &Arc<App>) -> Router {
         .route("/api/sessions", get(api::sessions))
         .route("/api/news", get(news))
         .route("/api/preview", post(api::preview))
-        .route("/api/drop", post(api::dropped).layer(DefaultBodyLimit::max(MOST_DROPPED)))
+        .route("/api/drop", post(api::dropped).layer(DefaultBodyLimit::max(MAX_DROPPED)))
         .route("/api/as_read", post(api::as_read))
         .route("/api/do", post(api::act))
         .fallback(asset)

@@ -21,9 +21,9 @@ pub struct Samples {
 }
 
 impl Samples {
-    pub const MOST_BYTES: usize = 10 + 2 * STREAM_CHUNK;
+    pub const MAX_BYTES: usize = 10 + 2 * STREAM_CHUNK;
 
-    pub fn write(&self) -> Vec<u8, { Self::MOST_BYTES }> {
+    pub fn write(&self) -> Vec<u8, { Self::MAX_BYTES }> {
         let mut bytes = Vec::new();
         // There is room for all of it.
         let mut push = |value: &[u8]| drop(bytes.extend_from_slice(value));

@@ -15,7 +15,7 @@ const SUPPLY_V: f64 = 3.3;
 const TRAVEL_DEG: f64 = 340.0;
 const CONVERSIONS_HZ: f64 = 16_000.0;
 /// Most that a result may be off, in its own standard uncertainties.
-const MOST_OFF: f64 = 3.0;
+const MAX_OFF: f64 = 3.0;
 
 /// What is planted, where the rig rests on the potentiometer's track, 0 in its middle, how far it is let go
 /// from there, the noise of a conversion, and how fast the board's clock is.
@@ -108,7 +108,7 @@ fn hold<B: Board>(cases: &[Case]) {
         let rms = (off.iter().map(|z| z * z).sum::<f64>() / n).sqrt();
         let most = off.iter().fold(0.0_f64, |most, z| most.max(z.abs()));
         println!("{name}: off by {mean:+.2} u in the mean, {rms:.2} rms, {most:.2} at most");
-        assert!(most <= MOST_OFF, "{}: {name}: {off:+.2?}", B::NAME);
+        assert!(most <= MAX_OFF, "{}: {name}: {off:+.2?}", B::NAME);
         // And no bias: three standard uncertainties of a mean of so many.
         assert!(mean.abs() <= 3.0 / n.sqrt(), "{}: {name}: {off:+.2?}", B::NAME);
     }

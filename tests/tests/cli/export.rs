@@ -10,7 +10,7 @@ use yawrig_tests::process::{yawrig, Yawrig};
 /// Readings asked of Octave, which takes half a minute for some laws over the whole record.
 const FOR_OCTAVE: usize = 400;
 /// Largest difference from the program's own readings, of the amplitude.
-const MOST: f64 = 1e-6;
+const MAX: f64 = 1e-6;
 
 struct Bench {
     folder: TempDir,
@@ -154,7 +154,7 @@ impl Bench {
             let worst = yaw.iter().zip(&rows).map(|(y, r)| (y - r[2]).abs()).fold(0.0, f64::max)
                 / amplitude;
             println!("{what}, {language}: {worst:.1e} of the amplitude");
-            assert!(worst < MOST, "{what}, {language}: {worst:e}");
+            assert!(worst < MAX, "{what}, {language}: {worst:e}");
         }
     }
 

@@ -31,11 +31,11 @@ pub struct Target {
 }
 
 /// Memory that reading an input of some kilobytes may take: what it holds, many times over.
-const MOST_BYTES: usize = 32 << 20;
+const MAX_BYTES: usize = 32 << 20;
 /// One input may take this long on a machine that is busy with other things, where it takes microseconds.
 const HANGS_S: u64 = yawrig_tests::PATIENCE.as_secs();
 /// Inputs that joined are at most so many.
-const MOST_JOINED: usize = 4000;
+const MAX_JOINED: usize = 4000;
 
 /// Allocation is counted for the whole program: one target at a time.
 static ALONE: Mutex<()> = Mutex::new(());
@@ -137,11 +137,11 @@ pub fn run(name: &str, target: &Target) {
             most = most.max(taken);
             match answer {
                 Err(_) => break Some((input, "panics".to_owned())),
-                Ok(_) if taken > MOST_BYTES => {
+                Ok(_) if taken > MAX_BYTES => {
                     break Some((input, format!("takes {taken} bytes of memory")));
                 }
                 Ok(answer) => {
-                    if kinds.insert(kind(&answer)) && executions > given && joined < MOST_JOINED {
+                    if kinds.insert(kind(&answer)) && executions > given && joined < MAX_JOINED {
                         if keeps {
                             keep("corpus", name, &input);
                         }

@@ -9,7 +9,7 @@ use yawrig_model::document::Model;
 use yawrig_rig::LIBRARY;
 use yawrig_shared::blob::{self, ENVELOPE};
 use yawrig_shared::checksum::crc32;
-use yawrig_shared::features::{Inputs, MOST_INPUTS};
+use yawrig_shared::features::{Inputs, MAX_INPUTS};
 use yawrig_shared::potentiometer;
 use yawrig_shared::wire::{
     self, Decoder, Event, HelloReply, Message, Reply, Request, HELLO_KEY, LONGEST_FRAME,
@@ -175,9 +175,9 @@ pub fn blob() -> Target {
         let read = blob::decode(input);
         if let Ok((_, payload)) = &read {
             // What is taken computes, whatever the inputs.
-            let inputs = [0.25_f32; MOST_INPUTS];
+            let inputs = [0.25_f32; MAX_INPUTS];
             let count = usize::from(payload.network.topology[0]);
-            assert!(count <= MOST_INPUTS);
+            assert!(count <= MAX_INPUTS);
             let inputs: Inputs = inputs[..count].iter().copied().collect();
             let _ = payload.network.estimate_inputs(&inputs);
         }

@@ -6,7 +6,7 @@ use std::path::Path;
 use yawrig_tests::browser::{Browser, Window};
 use yawrig_tests::process::yawrig;
 
-const MOST_BYTES: u64 = 5_000_000;
+const MAX_BYTES: u64 = 5_000_000;
 const WINDOWS: [Window; 4] = [
     Window { width: 390, height: 844, is_dark: false },
     Window { width: 800, height: 1000, is_dark: true },
@@ -20,7 +20,7 @@ fn looked_at(page: &Path, words: &[&str], plots: u64) {
     let name = page.file_stem().expect("a name").to_string_lossy().into_owned();
     let bytes = page.metadata().expect("the page").len();
     println!("{name}: {bytes} bytes");
-    assert!(bytes <= MOST_BYTES, "{bytes} bytes");
+    assert!(bytes <= MAX_BYTES, "{bytes} bytes");
     let mut browser = Browser::start(WINDOWS[0]);
     let offline =
         json!({"offline": true, "latency": 0, "downloadThroughput": 0, "uploadThroughput": 0});

@@ -8,7 +8,7 @@ use crate::diagnosis::guards::{self, Refusal, OF_NAMED};
 use crate::diagnosis::lines;
 use crate::diagnosis::over_pieces;
 use crate::diagnosis::survivors::{self, PredictedModel, Survivors};
-use crate::diagnosis::verdict::{moment_of_rest, MOST_LEFT};
+use crate::diagnosis::verdict::{moment_of_rest, MAX_LEFT};
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::fitting::{polished, refitted, Fitted, Limit, Number};
@@ -193,6 +193,6 @@ impl Account {
 
     /// Whether effects that survive prediction account for most of what the plain model misses.
     pub(crate) fn explains_most(&self) -> bool {
-        self.effects.iter().any(|e| !e.moves_rest()) && self.share_left() < MOST_LEFT
+        self.effects.iter().any(|e| !e.moves_rest()) && self.share_left() < MAX_LEFT
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::at_once::AtOnce;
 use crate::diagnosis::over_pieces::Model;
-use crate::diagnosis::prediction::LEAST_GAIN;
+use crate::diagnosis::prediction::MIN_GAIN;
 use crate::diagnosis::survivors::{judged, PredictedModel, Survivors};
 use crate::effects::Effect;
 use crate::error::Result;
@@ -46,7 +46,7 @@ pub(super) fn alike(
 
 /// Whether a set fits so much worse than the one that survives that it does not predict as well.
 fn fits_worse(sum: f64, survivor: f64) -> bool {
-    sum * (1.0 - LEAST_GAIN).powi(2) > survivor
+    sum * (1.0 - MIN_GAIN).powi(2) > survivor
 }
 
 #[cfg(test)]

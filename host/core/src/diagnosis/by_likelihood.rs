@@ -10,7 +10,7 @@ use crate::diagnosis::guards::{self, Refusal};
 use crate::diagnosis::late_release;
 use crate::diagnosis::likelihood::{is_explained, NEAR_NOISE};
 use crate::diagnosis::search::{self, beyond, criterion, SearchResult, SearchStart};
-use crate::diagnosis::verdict::{name_of, Chosen, MOST_LEFT};
+use crate::diagnosis::verdict::{name_of, Chosen, MAX_LEFT};
 use crate::effects::{Acts, Effect};
 use crate::error::Result;
 use crate::fit::fitting::{refit, Fitted};
@@ -114,7 +114,7 @@ fn is_predicted(decay: &FreeDecay, model: &Fitted, steps: &[Step]) -> bool {
     let earlier = refit(decay, model, earlier_count(decay));
     let squares: f64 = model.residuals[..earlier.count].iter().map(|r| r * r).sum();
     let lost = (squares - earlier.sum_of_squares) / earlier.rms_rad().powi(2);
-    smaller.iter().all(|step| held_out(last) < MOST_LEFT * held_out(step))
+    smaller.iter().all(|step| held_out(last) < MAX_LEFT * held_out(step))
         && lost < rare_chi_squared(model.parameters.len() as f64)
 }
 

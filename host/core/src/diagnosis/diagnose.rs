@@ -6,7 +6,7 @@ pub use crate::diagnosis::answer::{
 };
 use crate::diagnosis::one::of_one;
 pub use crate::diagnosis::over_pieces::fit_over_pieces;
-pub use crate::diagnosis::prediction::LEAST_GAIN;
+pub use crate::diagnosis::prediction::MIN_GAIN;
 use crate::diagnosis::search_start::held_by_law;
 use crate::diagnosis::several::of_several;
 pub use crate::diagnosis::several_fit::{Common, Grouping};

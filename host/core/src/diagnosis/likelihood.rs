@@ -10,7 +10,7 @@ use crate::fit::linear_gain::Screen;
 /// Models that are gone on with in each round of a search, best first; effects that are tried beside one.
 pub(crate) const BREADTH: usize = 3;
 /// Effects of a model, at most.
-pub(super) const MOST_EFFECTS: usize = 6;
+pub(super) const MAX_EFFECTS: usize = 6;
 /// Variance of the ratio of a residual to its floor over that of the residual alone: third differences of the
 /// same readings, from which the floor is known, have 924/400 of it, and the readings in common. Of means of
 /// several readings it is less.

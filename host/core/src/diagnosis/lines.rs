@@ -6,9 +6,9 @@ use crate::at_once::AtOnce;
 use crate::diagnosis::answer::earlier_count;
 use crate::diagnosis::guards;
 use crate::diagnosis::likelihood::is_explained;
-use crate::diagnosis::prediction::LEAST_GAIN;
+use crate::diagnosis::prediction::MIN_GAIN;
 use crate::diagnosis::search_start::library;
-use crate::diagnosis::verdict::MOST_LEFT;
+use crate::diagnosis::verdict::MAX_LEFT;
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::about_rest::added;
@@ -42,7 +42,7 @@ pub(super) fn beside(decay: &FreeDecay, model: &Fitted, there: &[Effect]) -> Res
         let larger = best(decay, here, there)
             .map(|model| Longer { held_out_rad: held_out_rad(&model), model });
         let before = || found.last().map_or_else(|| held_out_rad(model), |l| l.held_out_rad);
-        match larger.filter(|l| l.held_out_rad < (1.0 + LEAST_GAIN) * before()) {
+        match larger.filter(|l| l.held_out_rad < (1.0 + MIN_GAIN) * before()) {
             Some(larger) => found.push(larger),
             None => return Ok(found),
         }
@@ -59,7 +59,7 @@ fn best(decay: &FreeDecay, inner: &Fitted, there: &[Effect]) -> Option<Fitted> {
     all.retain(|e| e.line().is_some() && others.iter().all(|other| !other.excludes(e)));
     let stands = |larger: &Fitted| {
         larger.converged
-            && larger.sum_of_squares < MOST_LEFT * inner.sum_of_squares
+            && larger.sum_of_squares < MAX_LEFT * inner.sum_of_squares
             && guards::refusal(larger, decay, there).is_none()
             && has_size(&larger.clone().with_discrepancy(decay))
     };
@@ -109,7 +109,7 @@ fn with_lasting_mode(decay: &FreeDecay, model: Fitted, line: &Effect) -> Fitted 
     p[at..at + 2].copy_from_slice(&turned(parts, own_damped, own_decay, -start_s));
     p[at + 2..at + 4].copy_from_slice(&[own.natural_frequency_rad_s, own.damping_ratio]);
     let other = refitted(decay, &model.structure, &p);
-    let as_good = other.sum_of_squares < (1.0 + LEAST_GAIN) * model.sum_of_squares;
+    let as_good = other.sum_of_squares < (1.0 + MIN_GAIN) * model.sum_of_squares;
     if other.converged && as_good {
         other
     } else {

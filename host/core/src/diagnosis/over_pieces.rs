@@ -14,12 +14,12 @@ const SHORT_CYCLES: f64 = 3.0;
 /// Long pieces, on which models are compared, and shorter ones that are predicted; the cycles in one at
 /// least.
 const LONG_PIECES: f64 = 3.0;
-const MOST_PIECES: f64 = 8.0;
-const LEAST_CYCLES: f64 = 1.5;
+const MAX_PIECES: f64 = 8.0;
+const MIN_CYCLES: f64 = 1.5;
 /// Cycles in the pieces of one length at most: of a longer record what its effects are is asked here and
 /// there, and its numbers are then those of the whole. For speed alone: twelve in each of the eight pieces
 /// that are predicted, more than in the longer ones of a shorter record.
-const MOST_CYCLES: f64 = 96.0;
+const MAX_CYCLES: f64 = 96.0;
 /// Effects up to which a set is fitted from short pieces on: beyond, a smaller set's numbers are near.
 const FROM_SHORT: usize = 2;
 
@@ -43,9 +43,9 @@ pub(crate) struct Lengths {
 impl Lengths {
     pub(crate) fn of(decay: &FreeDecay) -> Self {
         let cycles = decay.yaw_rad.len() as f64 / decay.per_cycle();
-        let count = |most: f64| (cycles / LEAST_CYCLES).clamp(2.0, most) as usize;
+        let count = |most: f64| (cycles / MIN_CYCLES).clamp(2.0, most) as usize;
         let long = count(LONG_PIECES);
-        let used = cycles.min(MOST_CYCLES);
+        let used = cycles.min(MAX_CYCLES);
         let means = (used * decay.per_cycle()).ceil() as usize;
         let of_cycles = |each: f64| {
             let each = each.min(used / long as f64);
@@ -55,7 +55,7 @@ impl Lengths {
             short: of_cycles(SHORT_CYCLES),
             longer: of_cycles(LONG_PIECES * SHORT_CYCLES),
             long: Pieces::spread(decay, long, means),
-            predicted: Pieces::spread(decay, count(MOST_PIECES), means),
+            predicted: Pieces::spread(decay, count(MAX_PIECES), means),
             scale: decay.scale(),
             stop: decay.stop.clone(),
         }

@@ -10,7 +10,7 @@ use crate::fit::segments::{fit_pieces, PieceFit, FIRST};
 pub(crate) const BETTER: f64 = 1.0;
 /// Share by which it has to predict better, too, in the mean over the pieces: of their logarithms, for the
 /// few cycles in which a hammer's other modes ring would outweigh all that follows.
-pub const LEAST_GAIN: f64 = 0.05;
+pub const MIN_GAIN: f64 = 0.05;
 
 /// Errors of prediction, an item for each piece predicted in each split.
 #[derive(Clone, Debug)]
@@ -56,7 +56,7 @@ impl Prediction {
     /// that counts.
     pub(crate) fn is_better_than(&self, other: &Self) -> bool {
         let (gain, u) = self.logarithmic_gain(other);
-        gain > BETTER * u && gain > -2.0 * (1.0 - LEAST_GAIN).ln()
+        gain > BETTER * u && gain > -2.0 * (1.0 - MIN_GAIN).ln()
     }
 
     /// Fits all pieces that are not `predicted`, and predicts those.

@@ -7,7 +7,7 @@ use crate::diagnosis::alone::Alone;
 use crate::diagnosis::answer::Options;
 use crate::diagnosis::flexible::is_simple;
 use crate::diagnosis::guards;
-use crate::diagnosis::likelihood::MOST_EFFECTS;
+use crate::diagnosis::likelihood::MAX_EFFECTS;
 use crate::diagnosis::nested::{Judge, Nested};
 use crate::diagnosis::search::sharpened;
 use crate::diagnosis::search_start::library;
@@ -165,7 +165,7 @@ impl Search<'_> {
             |e: &Effect| !matches!(e.acts_on(), Acts::State | Acts::Sensor) && !e.dies_out();
         let mut named = self.alone.named();
         named.retain(|e| !known(e) && (!lasts(e) || self.alone.mostly(e)));
-        named.truncate(MOST_EFFECTS);
+        named.truncate(MAX_EFFECTS);
         named
     }
 

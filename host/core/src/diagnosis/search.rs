@@ -8,7 +8,7 @@ pub use crate::diagnosis::likelihood::is_explained;
 pub(crate) use crate::diagnosis::likelihood::{beyond, evidence};
 use crate::diagnosis::likelihood::{may_rival, BREADTH, DECISIVE, NEAR_NOISE};
 use crate::diagnosis::nested::{self, Judge, Nested};
-use crate::diagnosis::prediction::LEAST_GAIN;
+use crate::diagnosis::prediction::MIN_GAIN;
 pub use crate::diagnosis::search_start::present;
 pub(crate) use crate::diagnosis::search_start::SearchStart;
 use crate::effects::Effect;
@@ -20,7 +20,7 @@ use crate::fit::linear_gain::Screen;
 use crate::stop::Stop;
 
 /// Effects that likelihood may name: of a record of a few cycles five or six explain anything.
-const MOST_BY_LIKELIHOOD: usize = 4;
+const MAX_BY_LIKELIHOOD: usize = 4;
 
 /// What the search found.
 pub(crate) struct SearchResult {
@@ -123,7 +123,7 @@ fn search_from(
     // Rounds of pairs, threes and fours, as long as the best so far is not down to the noise or gains by
     // another.
     let mut rounds: Vec<Vec<Fitted>> = vec![singles.clone()];
-    while rounds.len() < MOST_BY_LIKELIHOOD {
+    while rounds.len() < MAX_BY_LIKELIHOOD {
         let last = rounds.last().expect("a round");
         let Some(leader) = best(last) else { break };
         let smaller = rounds.iter().nth_back(1).and_then(|round| best(round)).unwrap_or(plain);
@@ -131,7 +131,7 @@ fn search_from(
         // nothing: no further one will.
         let next_to_nothing = rounds.len() > 1
             && leader.over_noise(&decay) > NEAR_NOISE
-            && leader.rms_rad() > (1.0 - LEAST_GAIN) * smaller.rms_rad();
+            && leader.rms_rad() > (1.0 - MIN_GAIN) * smaller.rms_rad();
         if next_to_nothing || !is_worth(smaller, leader, decay.yaw_rad.len() as f64) {
             break;
         }

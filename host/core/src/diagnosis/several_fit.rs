@@ -9,7 +9,7 @@ use crate::diagnosis::guards::{self, Refusal};
 use crate::diagnosis::origin::{Origin, Plan, Seen};
 use crate::diagnosis::releases::{predicted_over_noise, ModelOfReleases, ReleaseAnswers};
 use crate::diagnosis::survivors::{self, PredictedModel, Survivors};
-use crate::diagnosis::verdict::MOST_LEFT;
+use crate::diagnosis::verdict::MAX_LEFT;
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::fitting::{fit_added, Fitted, Structure};
@@ -170,7 +170,7 @@ impl Rig<'_> {
             let fits = inner.map_at_once(|(decay, fit)| fit_added(decay, fit, &line)).collect();
             let effects = here.structure.with(&line).effects;
             let longer = self.together(&ModelOfReleases { effects, fits });
-            if longer.joint.sum_of_squares < MOST_LEFT * here.sum_of_squares {
+            if longer.joint.sum_of_squares < MAX_LEFT * here.sum_of_squares {
                 found.push(longer);
             }
         }

@@ -7,10 +7,10 @@
 use crate::at_once::AtOnce;
 use crate::diagnosis::flexible::simplest;
 use crate::diagnosis::guards::OF_NAMED;
-use crate::diagnosis::likelihood::{BREADTH, MOST_EFFECTS};
+use crate::diagnosis::likelihood::{BREADTH, MAX_EFFECTS};
 use crate::diagnosis::nested::{beside, expanded, Judge, Nested};
 use crate::diagnosis::over_pieces::{fitted, plain_start, with_from, without, Lengths, Model};
-use crate::diagnosis::prediction::{predict, Prediction, LEAST_GAIN};
+use crate::diagnosis::prediction::{predict, Prediction, MIN_GAIN};
 use crate::diagnosis::search_start::library;
 use crate::effects::{Effect, Series};
 use crate::error::Result;
@@ -148,13 +148,13 @@ fn searched(
     let all = candidates(decay, there);
     // Sets of one more effect each, the best fits carried on.
     let mut rounds: Vec<Vec<Model>> = vec![vec![plain.model.clone()]];
-    while rounds.len() <= MOST_EFFECTS {
+    while rounds.len() <= MAX_EFFECTS {
         decay.stop.check()?;
         let last = rounds.last().expect("a round");
         let next = with_each(&lengths, &last[..last.len().min(BREADTH)], &all);
         let Some(best) = next.first() else { break };
         let gains =
-            rounds.len() == 1 || best.fit.sum() < (1.0 - LEAST_GAIN).powi(2) * last[0].fit.sum();
+            rounds.len() == 1 || best.fit.sum() < (1.0 - MIN_GAIN).powi(2) * last[0].fit.sum();
         if !gains {
             break;
         }
@@ -321,7 +321,7 @@ impl Survivors {
         let without = |e: &Effect| judged(&self.lengths, without(&self.lengths, model, e));
         let is_needless = |less: &PredictedModel| {
             prediction.gain_over(&less.prediction) < OF_NAMED
-                && (1.0 - LEAST_GAIN) * less.prediction.rms_rad() < prediction.rms_rad()
+                && (1.0 - MIN_GAIN) * less.prediction.rms_rad() < prediction.rms_rad()
         };
         let all = effects.iter().map_at_once(without).filter(is_needless);
         all.min_by(|a, b| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad()))

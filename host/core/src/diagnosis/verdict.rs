@@ -17,7 +17,7 @@ use std::f64::consts::TAU;
 pub const SECOND_ORDER: &str = "the second-order model";
 
 /// Of a smaller model's mean square, what a model leaves at most that accounts for most of it.
-pub(crate) const MOST_LEFT: f64 = 0.25;
+pub(crate) const MAX_LEFT: f64 = 0.25;
 
 /// What is left where a model explains the record.
 const NOISE: &str = "no more than the noise";
@@ -235,7 +235,7 @@ impl Left {
             (true, true) => Status::Adequate,
             (true, false) => Status::Explained,
             (false, _) if self.share_of_amplitude < 0.01 => Status::MostlyExplained,
-            (false, _) if more && self.share_of_misfit < MOST_LEFT => Status::MostlyExplained,
+            (false, _) if more && self.share_of_misfit < MAX_LEFT => Status::MostlyExplained,
             (false, _) => Status::Unexplained,
         }
     }

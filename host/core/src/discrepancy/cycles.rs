@@ -8,10 +8,10 @@ use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
 /// Cycles of all releases together, consecutive ones gathered where there are more.
-const MOST_GROUPS: usize = 96;
-const FEWEST_GROUPS: usize = 8;
+const MAX_GROUPS: usize = 96;
+const MIN_GROUPS: usize = 8;
 /// Standard deviations of its own noise below which a cycle has no phase.
-const LEAST_AMPLITUDE: f64 = 4.0;
+const MIN_AMPLITUDE: f64 = 4.0;
 
 /// What a fit has left of a record.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -150,7 +150,7 @@ impl Cycles {
             let seen = of(&parts, &readings[range.clone()]);
             let model = &seen + of(&parts, &residuals[range.clone()]);
             let [amplitude, models] = [&seen, &model].map(|z| z[1].hypot(z[2]));
-            if amplitude.min(models) < LEAST_AMPLITUDE * (2.0 / n).sqrt() {
+            if amplitude.min(models) < MIN_AMPLITUDE * (2.0 / n).sqrt() {
                 break;
             }
             let left = |y: &[f64]| rest.as_ref().map(|rest| of(rest, y).data.as_vec().clone());
@@ -226,7 +226,7 @@ pub(super) fn of_all(
     numbers: usize,
     may_be_noise: bool,
 ) -> Option<Vec<Cycles>> {
-    let most_groups = (MOST_GROUPS / releases.len()).max(FEWEST_GROUPS);
+    let most_groups = (MAX_GROUPS / releases.len()).max(MIN_GROUPS);
     let of = |release: &Observed| Cycles::of(release, numbers, most_groups, may_be_noise);
     let all: Vec<Option<Cycles>> = releases.iter().map_at_once(of).collect();
     all.into_iter().collect()

@@ -13,7 +13,7 @@ pub(super) const ANGLES: [f64; 3] = [0.7, 0.4, 0.9];
 const FIRST_CYCLES: f64 = 3.0;
 /// A loss of less than this share of the elastic moment is none: of a swing that is all in a stop it takes 4/3 of
 /// that share of the energy out on each pass, a damping ratio of 0.002.
-const LEAST_LOSS: f64 = 0.02;
+const MIN_LOSS: f64 = 0.02;
 /// Of the elastic moment at the largest rate, the loss that a fit begins with.
 const LOSS: f64 = 0.2;
 
@@ -69,7 +69,7 @@ pub(super) fn may_be_zero(q: Quantity) -> bool {
 /// Whether stops of this stiffness and loss take no energy out that shows at an amplitude. Their own frequency
 /// stands for that of the motion.
 pub(super) fn may_take_none_out(k: Quantity, a: Quantity, amplitude_rad: f64) -> bool {
-    may_be_zero(a) || a.value * k.value.abs().sqrt() * amplitude_rad < LEAST_LOSS
+    may_be_zero(a) || a.value * k.value.abs().sqrt() * amplitude_rad < MIN_LOSS
 }
 
 /// Whether both may be one number.

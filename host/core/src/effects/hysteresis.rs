@@ -12,7 +12,7 @@ pub(super) struct Hysteresis;
 /// Where a fit begins: yield angles, as shares of the amplitude.
 const YIELDS: [f64; 3] = [0.3, 0.1, 1.0];
 /// A spring that yields at less is dry friction, rad.
-const LEAST_YIELD_RAD: f64 = 1e-5;
+const MIN_YIELD_RAD: f64 = 1e-5;
 
 /// Yield angle, as a share of the amplitude, below which it yields at once.
 const DRY_YIELD: f64 = 0.05;
@@ -24,7 +24,7 @@ impl Law for Hysteresis {
 
     fn parameters(&self) -> &[Parameter] {
         static PARAMETERS: [Parameter; 2] =
-            [not_negative("h", "1/s2"), within("y", "rad", LEAST_YIELD_RAD, f64::INFINITY)];
+            [not_negative("h", "1/s2"), within("y", "rad", MIN_YIELD_RAD, f64::INFINITY)];
         &PARAMETERS
     }
 

@@ -3,7 +3,7 @@
 //! Between two turning points such a state is a function of the angle, so that it needs no integration: the
 //! motion says where it turns, and asks for the moment at an angle.
 
-use super::padded::{padded, MOST_NUMBERS};
+use super::padded::{padded, MAX_NUMBERS};
 
 /// Half cycles at one amplitude after which a state has forgotten how the swing began.
 const FORGOTTEN_AFTER: usize = 12;
@@ -26,7 +26,7 @@ pub(super) struct Remembered {
     moved: fn(&[f64], f64, f64) -> f64,
     moment: fn(&[f64], f64) -> f64,
     slope: fn(&[f64], f64, f64) -> f64,
-    p: [f64; MOST_NUMBERS],
+    p: [f64; MAX_NUMBERS],
 }
 
 impl Remembered {

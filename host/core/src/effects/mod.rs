@@ -27,7 +27,7 @@ pub use sourced::{Source, SourceKind, Sourced};
 pub use terms::Terms;
 pub(crate) use terms::{Moments, States, LANES};
 pub(crate) use terms::{Rotation, State};
-pub use yawrig_expression::{Parameter, MOST_OWN};
+pub use yawrig_expression::{Parameter, MAX_OWN};
 
 use crate::record::Measurand;
 use law::Law;

@@ -2,7 +2,7 @@
 
 use super::curves::Curves;
 use super::memory::{Memories, Memory, Remembered};
-use super::padded::{padded, MOST_NUMBERS};
+use super::padded::{padded, MAX_NUMBERS};
 use crate::record::Derivative;
 use std::any::TypeId;
 use std::array::from_fn;
@@ -67,18 +67,18 @@ pub(crate) trait Reading {
 pub(super) struct SmoothMoment {
     law: TypeId,
     one: fn(&[f64], &State) -> f64,
-    lanes: fn(&[[f64; LANES]; MOST_NUMBERS], &States, &mut [f64; LANES]),
-    p: [f64; MOST_NUMBERS],
+    lanes: fn(&[[f64; LANES]; MAX_NUMBERS], &States, &mut [f64; LANES]),
+    p: [f64; MAX_NUMBERS],
 }
 
 #[derive(Clone, Copy, Debug)]
 struct ReadingChange {
     change: fn(&[f64], f64, f64) -> f64,
     add_changes: fn(&[f64], &[f64], f64, f64, &mut [f64]),
-    p: [f64; MOST_NUMBERS],
+    p: [f64; MAX_NUMBERS],
 }
 
-fn lanes<M: Moment>(p: &[[f64; LANES]; MOST_NUMBERS], states: &States, sums: &mut [f64; LANES]) {
+fn lanes<M: Moment>(p: &[[f64; LANES]; MAX_NUMBERS], states: &States, sums: &mut [f64; LANES]) {
     let moments: [f64; LANES] = from_fn(|l| M::moment(&p.map(|p| p[l]), &states.of(l)));
     for l in 0..LANES {
         sums[l] += moments[l];
@@ -291,7 +291,7 @@ impl Rotation {
 
 /// The smooth moments of four motions of the same effects.
 pub(crate) struct Moments {
-    each: Vec<(SmoothMoment, [[f64; LANES]; MOST_NUMBERS])>,
+    each: Vec<(SmoothMoment, [[f64; LANES]; MAX_NUMBERS])>,
     curves: [Option<Arc<Curves>>; LANES],
 }
 

@@ -10,10 +10,10 @@ use crate::record::{Record, Said};
 use serde::{Deserialize, Serialize};
 
 /// Fewest cycles an estimate is made from.
-pub(crate) const FEWEST_CYCLES: f64 = 3.0;
+pub(crate) const MIN_CYCLES: f64 = 3.0;
 
 /// Fewest samples of a cycle: what the fastest mode of a rig has at 20 Hz.
-pub(crate) const FEWEST_PER_CYCLE: f64 = 4.7;
+pub(crate) const MIN_PER_CYCLE: f64 = 4.7;
 
 /// Why a record gives nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,10 +52,10 @@ impl Refusal {
         match self {
             Refusal::NoOscillation => Error::NoOscillation { record },
             Refusal::TooFewCycles { cycles } => {
-                Error::TooFewCycles { record, cycles, fewest: FEWEST_CYCLES }
+                Error::TooFewCycles { record, cycles, fewest: MIN_CYCLES }
             }
             Refusal::TooCoarse { per_cycle } => {
-                Error::TooCoarse { record, per_cycle, fewest: FEWEST_PER_CYCLE }
+                Error::TooCoarse { record, per_cycle, fewest: MIN_PER_CYCLE }
             }
             Refusal::BeyondHalfTurn { peak_deg } => Error::BeyondHalfTurn { record, peak_deg },
             Refusal::Elsewhere { most_deg, least_deg } => {

@@ -14,7 +14,7 @@ use crate::statistics::median;
 /// Share of the amplitude at the release down to which the fall after it, and what is before it, is looked at.
 const FALL: f64 = 0.75;
 /// Share of the loss after the release that is left before it: dry friction and drag leave 0.8 and more.
-const LEAST_CHANGE: f64 = 0.3;
+const MIN_CHANGE: f64 = 0.3;
 /// Cycles, and share of the time that the fall after it takes, in which the amplitude was kept up.
 const DRIVEN_CYCLES: usize = 3;
 const DRIVEN_SHARE: f64 = 0.3;
@@ -27,7 +27,7 @@ const LEFT: f64 = 0.03;
 /// Points that the logarithm of the amplitude is laid through, about.
 const POINTS: usize = 64;
 /// Fewest of them before the release.
-const FEWEST_POINTS: usize = 6;
+const MIN_POINTS: usize = 6;
 /// The share of the largest amplitude that has to be left at the release.
 const FALLS_TO: f64 = 0.5;
 /// A push's fall takes that many times as long as its rise.
@@ -35,7 +35,7 @@ const FALLS_LONGER: usize = 3;
 /// Share of the amplitude after a push down to which it is a free decay.
 const DIED_OUT: f64 = 0.05;
 /// Most points that are looked at: of a longer envelope every second, third, ...
-const MOST_POINTS: usize = 8192;
+const MAX_POINTS: usize = 8192;
 /// Loss of amplitude while it is kept up, over what noise makes of it.
 const LOSS_OVER_NOISE: f64 = 6.0;
 
@@ -52,7 +52,7 @@ impl Search<'_> {
     /// The time from which the model is left alone, and what it was before; none where its decay begins
     /// otherwise.
     pub(super) fn left_alone(&self) -> Option<(f64, Begin)> {
-        let every = self.points.len().div_ceil(MOST_POINTS);
+        let every = self.points.len().div_ceil(MAX_POINTS);
         let amplitude = self.smoothed(every);
         let largest = amplitude.iter().copied().fold(0.0, f64::max);
         let cycle = (POINTS_PER_CYCLE / every).max(1);
@@ -100,7 +100,7 @@ impl Search<'_> {
         let level = amplitude[k];
         let reaches = |share: f64| (k..amplitude.len()).find(|&j| amplitude[j] < share * level);
         let last = amplitude.len() - 1;
-        let fewest = (DRIVEN_CYCLES * POINTS_PER_CYCLE).div_ceil(every).max(FEWEST_POINTS);
+        let fewest = (DRIVEN_CYCLES * POINTS_PER_CYCLE).div_ceil(every).max(MIN_POINTS);
         let fallen = reaches(FALL).unwrap_or(last).max(k + fewest).min(last);
         if rises(&amplitude[k..reaches(FALLS_TO).unwrap_or(amplitude.len())], level) {
             return None;
@@ -130,7 +130,7 @@ impl Search<'_> {
         let fall = late - x[3];
         let expected = level * fall * before as f64 / (fallen - k) as f64;
         let is_kink = leaves < SHARPER
-            && early < LEAST_CHANGE * late
+            && early < MIN_CHANGE * late
             && (left / points().count() as f64).sqrt() < LEFT * fall
             && expected > LOSS_OVER_NOISE * self.amplitude_noise();
         is_kink.then_some(Kink { at: k, before, leaves })

@@ -1,7 +1,7 @@
 //! Amplitude of the oscillation as it goes, before any model of its decay.
 
 use super::samples::{Samples, Stretch};
-use super::FEWEST_CYCLES;
+use super::MIN_CYCLES;
 use crate::solver::linear_fit;
 use crate::spectrum::Periodogram;
 use crate::statistics::median;
@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 /// Highest frequency looked for, as a share of the sampling rate.
 const HIGHEST_SHARE: f64 = 0.35;
 /// Values that gaps are filled with, times the samples there are.
-const MOST_INTERPOLATED: f64 = 4.0;
+const MAX_INTERPOLATED: f64 = 4.0;
 /// Over the noise of a periodogram's bins, beyond the largest of them: what stands out by more is no noise.
 const PEAK_STANDS_OUT: f64 = 3.0;
 /// An amplitude over what the sinusoid leaves of its own cycle, from which on there is an oscillation: a ramp
@@ -39,7 +39,7 @@ pub(crate) const POINTS_PER_CYCLE: usize = 8;
 pub(crate) fn strongest_frequency_rad_s(samples: &Samples<'_>) -> Option<f64> {
     let mut peaks = peaks_rad_s(samples)?;
     let after = after_largest(samples);
-    let fewest_rad_s = FEWEST_CYCLES * TAU / after.all().duration_s();
+    let fewest_rad_s = MIN_CYCLES * TAU / after.all().duration_s();
     if after.all().len() > ENVELOPE_SAMPLES {
         let later = peaks_rad_s(&after).unwrap_or_default();
         peaks.extend(later.into_iter().filter(|p| *p > fewest_rad_s));
@@ -56,7 +56,7 @@ pub(crate) fn strongest_frequency_rad_s(samples: &Samples<'_>) -> Option<f64> {
         let clear = points.iter().filter(|p| p.swings());
         let clear: Vec<f64> = clear.map(|p| p.amplitude_deg).collect();
         let cycles = (clear.len() as f64 - 1.0) / POINTS_PER_CYCLE as f64 + 1.0;
-        (cycles >= FEWEST_CYCLES, clear.iter().sum::<f64>() / frequency)
+        (cycles >= MIN_CYCLES, clear.iter().sum::<f64>() / frequency)
     };
     peaks.sort_by(f64::total_cmp);
     peaks.dedup_by(|a, b| (*a / *b - 1.0).abs() < SAME_PEAK);
@@ -71,7 +71,7 @@ pub(crate) fn strongest_frequency_rad_s(samples: &Samples<'_>) -> Option<f64> {
 fn peaks_rad_s(samples: &Samples<'_>) -> Option<Vec<f64>> {
     // Where most of the time nothing was sampled, no finer than there are samples.
     let duration_s = samples.all().duration_s();
-    let finest_s = duration_s / (MOST_INTERPOLATED * samples.all().len() as f64);
+    let finest_s = duration_s / (MAX_INTERPOLATED * samples.all().len() as f64);
     let step_s = samples.rate_hz().recip().max(finest_s);
     let means = samples.all().block_means(1);
     let even = evenly(&means.time_s, &means.yaw_deg, step_s);

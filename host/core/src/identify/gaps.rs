@@ -23,7 +23,7 @@ const LONGEST_FILLED: f64 = 0.5;
 /// Periods on either side to which the oscillation is fitted.
 const ABOUT: f64 = 1.5;
 /// Samples of a part between gaps, at least: fewer cannot be resampled.
-const FEWEST: usize = 4;
+const MIN: usize = 4;
 /// Periods at either edge over which what is measured there decides how far the filling is shifted.
 const EDGE: f64 = 0.05;
 
@@ -122,7 +122,7 @@ pub(crate) fn parts(record: &Record) -> Vec<Record> {
         let file = format!("{} ({first_s:.3} s to {last_s:.3} s)", record.name()).into();
         Record { file, ..record.with(time_s.to_vec(), yaw_deg.to_vec()) }
     };
-    ends.iter_mut().map(part).filter(|part| part.len() >= FEWEST).collect()
+    ends.iter_mut().map(part).filter(|part| part.len() >= MIN).collect()
 }
 
 /// `record` without its gaps, for who needs an even grid, and what was done about them.

@@ -16,7 +16,7 @@ const START_MEANS_PER_CYCLE: f64 = 16.0;
 /// Cycles of the first horizon.
 const FIRST_HORIZON: f64 = 3.0;
 /// One more than there are parameters.
-const FEWEST_SAMPLES: usize = 6;
+const MIN_SAMPLES: usize = 6;
 /// How much longer the next horizon is. The phase at its end must be known to well under half a cycle.
 const LENGTHENING: f64 = 2.0;
 
@@ -31,7 +31,7 @@ pub struct ModeFit {
 /// Fits one mode to all of `stretch`; `frequency_rad_s` is known to some ten percent. `None` where no fit
 /// reaches a minimum with an oscillation in it.
 pub fn fit_mode(stretch: &Stretch<'_>, frequency_rad_s: f64) -> Option<ModeFit> {
-    if stretch.len() < FEWEST_SAMPLES {
+    if stretch.len() < MIN_SAMPLES {
         return None;
     }
     let start = start(stretch, frequency_rad_s)?;
@@ -44,7 +44,7 @@ pub(crate) fn refine(stretch: &Stretch<'_>, start: &Mode) -> Option<ModeFit> {
 }
 
 fn fit_from(stretch: &Stretch<'_>, start: &Mode, options: &Options) -> Option<ModeFit> {
-    if stretch.len() < FEWEST_SAMPLES {
+    if stretch.len() < MIN_SAMPLES {
         return None;
     }
     let origin = stretch.start_s();
@@ -65,7 +65,7 @@ fn start(stretch: &Stretch<'_>, frequency_rad_s: f64) -> Option<Mode> {
     let means = stretch.block_means(block);
     let none = vec![false; means.len()];
     let means = means.stretch(&none);
-    if means.len() < FEWEST_SAMPLES {
+    if means.len() < MIN_SAMPLES {
         return None;
     }
     let coarse = Options { tolerance: 1e-2, max_evaluations: 30, ..Options::default() };

@@ -34,7 +34,7 @@ pub(crate) mod windows;
 use crate::error::{Error, Result};
 use crate::record::Record;
 
-pub(crate) use answer::FEWEST_CYCLES;
+pub(crate) use answer::MIN_CYCLES;
 pub use answer::{
     AmplitudeWindow, AtAmplitude, Begin, End, Estimate, Identification, OneMode, Refusal, Span,
     Unavailable, WindowEstimate,

@@ -10,14 +10,14 @@ use std::f64::consts::TAU;
 
 /// Share of the motion of some cycles, white noise not counted, that one mode, or two, explain where there is
 /// an oscillation.
-const LEAST_EXPLAINED: f64 = 0.8;
+const MIN_EXPLAINED: f64 = 0.8;
 /// Largest middle deviation of the frequencies from their median, as a share of it: what wanders has no
 /// frequency of its own.
 const LARGEST_WANDER: f64 = 0.1;
 /// Stretches of two modes whose frequencies are held against each other, at least: one agrees with itself. And
 /// about how many of a long record: a median of more is no other.
-const FEWEST_STRETCHES: usize = 3;
-const MOST_STRETCHES: usize = 64;
+const MIN_STRETCHES: usize = 3;
+const MAX_STRETCHES: usize = 64;
 /// Of two modes and a level: so many they explain of any values.
 const NUMBERS_OF_TWO: usize = 9;
 
@@ -43,7 +43,7 @@ fn is_same(cycles: Vec<(f64, f64)>, searched: f64) -> bool {
     frequencies.push(searched);
     let middle = median(&mut frequencies);
     let mut off: Vec<f64> = frequencies.iter().map(|f| (f - middle).abs()).collect();
-    median(&mut explained) >= LEAST_EXPLAINED && median(&mut off) <= LARGEST_WANDER * middle
+    median(&mut explained) >= MIN_EXPLAINED && median(&mut off) <= LARGEST_WANDER * middle
 }
 
 /// The share of the variance that two modes explain of some cycles here and there, and the larger one's frequency.
@@ -66,8 +66,8 @@ fn beats(samples: &Samples<'_>, span: &FreeSpan) -> Vec<(f64, f64)> {
         let explained = 1.0 - left / free as f64 / (all / (n - 1.0));
         Some((explained, motion.main().natural_frequency_rad_s()))
     };
-    match count >= FEWEST_STRETCHES {
-        true => (0..count).step_by(count.div_ceil(MOST_STRETCHES)).filter_map(of).collect(),
+    match count >= MIN_STRETCHES {
+        true => (0..count).step_by(count.div_ceil(MAX_STRETCHES)).filter_map(of).collect(),
         false => Vec::new(),
     }
 }

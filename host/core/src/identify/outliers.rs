@@ -7,7 +7,7 @@ use crate::statistics::{median, sample_noise};
 /// enough that correlated noise, which changes less from sample to sample than it seems to here, loses none.
 const NOISE_FACTOR: f64 = 12.0;
 /// Share of the record's range below which a sample off the curve of its neighbours does no harm.
-const LEAST_OF_RANGE: f64 = 1e-3;
+const MIN_OF_RANGE: f64 = 1e-3;
 /// Times that samples left out are put on the curve of their neighbours, which may have been left out as
 /// well.
 const SPIKE_SWEEPS: usize = 30;
@@ -52,7 +52,7 @@ pub(crate) fn exclude_spikes(samples: &mut Samples<'_>) {
         let [low, high] = [f64::min, f64::max].map(|of| y.iter().copied().reduce(of));
         high.unwrap_or(0.0) - low.unwrap_or(0.0)
     };
-    let least = (3.0 * step).max(LEAST_OF_RANGE * range(&middle));
+    let least = (3.0 * step).max(MIN_OF_RANGE * range(&middle));
     for k in off_the_curve(samples.all().time_s, yaw.to_vec(), wild, least) {
         samples.exclude(k);
     }

@@ -9,7 +9,7 @@
 use super::envelope::ENVELOPE_SAMPLES;
 use super::samples::{Samples, Stretch};
 use super::smooth::{Curve, Point};
-use super::windows::{Window, LEAST_SHARE, WINDOW_CYCLES};
+use super::windows::{Window, MIN_SHARE, WINDOW_CYCLES};
 use crate::quantity::{Quantity, CHANCE};
 use crate::record::Derivative;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
@@ -41,7 +41,7 @@ pub(super) fn of(
 ) -> Option<OverWindow> {
     // Where three cycles had no fit nothing is to be read off one. Behind the last of them fewer are left.
     let last = windows.last()?;
-    let too_few_s = LEAST_SHARE * WINDOW_CYCLES * TAU / last.natural_frequency_rad_s;
+    let too_few_s = MIN_SHARE * WINDOW_CYCLES * TAU / last.natural_frequency_rad_s;
     let to_s = if ends_s[1] < last.to_s + too_few_s { ends_s[1] } else { last.to_s };
     let cycles = cycles(samples, [ends_s[0], to_s], windows)?;
     let first = cycles.first()?;
@@ -116,7 +116,7 @@ fn cycles(
         let damped = (window.natural_frequency_rad_s.powi(2) - decay_rate.powi(2)).sqrt();
         let period_s = TAU / damped;
         // An aperiodic window has no cycles.
-        if period_s.is_nan() || begin + LEAST_SHARE * period_s > to_s {
+        if period_s.is_nan() || begin + MIN_SHARE * period_s > to_s {
             return Some(all);
         }
         let stretch = samples.between(begin, begin + period_s);

@@ -1,6 +1,6 @@
 //! A record with its free decay found, and the residual and the flags of any method's values on it.
 
-use super::answer::FEWEST_PER_CYCLE;
+use super::answer::MIN_PER_CYCLE;
 use super::cycle::Cycle;
 use super::damped_sinusoid::{DampedSinusoid, Mode};
 use super::envelope::ENVELOPE_SAMPLES;
@@ -90,7 +90,7 @@ pub(crate) fn prepare<'a>(
         seen => seen?,
     };
     let per_cycle = TAU / span.frequency_rad_s * samples.rate_hz();
-    if per_cycle < FEWEST_PER_CYCLE {
+    if per_cycle < MIN_PER_CYCLE {
         return Err(Refusal::TooCoarse { per_cycle });
     }
     let whole = least_squares::fit_mode(&span.stretch(&samples), span.frequency_rad_s);

@@ -3,8 +3,8 @@
 use super::envelope::{block_of, envelope, strongest_frequency_rad_s, Point, POINTS_PER_CYCLE};
 use super::flag::Flag;
 use super::samples::{Samples, Stretch};
-use super::windows::LEAST_SHARE;
-use super::{Begin, End, Refusal, Settings, FEWEST_CYCLES};
+use super::windows::MIN_SHARE;
+use super::{Begin, End, Refusal, Settings, MIN_CYCLES};
 use crate::record::{Derivative, Measurand};
 use crate::statistics::{median, sample_noise};
 use std::f64::consts::TAU;
@@ -179,7 +179,7 @@ impl Search<'_> {
             return Err(Refusal::BeyondHalfTurn { peak_deg: of_motion(largest) });
         }
         let mut flags = Vec::new();
-        let windowed = self.longest_run(inside).filter(|r| self.cycles(*r) >= FEWEST_CYCLES);
+        let windowed = self.longest_run(inside).filter(|r| self.cycles(*r) >= MIN_CYCLES);
         let chosen = windowed.unwrap_or(everything);
         if windowed.is_none() {
             if asked.only_between {
@@ -209,7 +209,7 @@ impl Search<'_> {
         }
         let cycles = (to - from) / self.period;
         // The frequency is known to a few percent only here.
-        if cycles < LEAST_SHARE * FEWEST_CYCLES {
+        if cycles < MIN_SHARE * MIN_CYCLES {
             // Noise alone stands above itself for a moment, though never by much.
             if largest < 2.0 * AMPLITUDE_OVER_NOISE * self.amplitude_noise() {
                 return Err(Refusal::NoOscillation);

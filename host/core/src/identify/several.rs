@@ -1,6 +1,6 @@
 //! Where a record holds several releases: one free decay after the other, the model caught and let go again.
 
-use super::answer::{Span, FEWEST_CYCLES};
+use super::answer::{Span, MIN_CYCLES};
 use super::prepared::{prepare, Prepared};
 use super::settings::Settings;
 use crate::record::Record;
@@ -8,10 +8,10 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 /// A release is at least this share of the largest one.
-const LEAST_OF_LARGEST: f64 = 0.1;
+const MIN_OF_LARGEST: f64 = 0.1;
 /// Where the free decay goes on, its amplitude is what it was; where it was released anew it is larger by
 /// more than this.
-const LEAST_JUMP: f64 = 1.5;
+const MIN_JUMP: f64 = 1.5;
 /// Share of its amplitude down to which a release is seen to fall.
 const DECAYS_TO: f64 = 0.9;
 /// Natural frequencies of releases of one model differ less, relative.
@@ -69,8 +69,8 @@ fn decays(record: &Record) -> Vec<Decay> {
     search(record, 0..record.len(), &mut decays);
     decays.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
     let largest = decays.iter().map(|d| d.first_deg).fold(0.0, f64::max);
-    decays.retain(|d| d.first_deg >= LEAST_OF_LARGEST * largest);
-    decays.dedup_by(|next, before| next.first_deg < LEAST_JUMP * before.last_deg);
+    decays.retain(|d| d.first_deg >= MIN_OF_LARGEST * largest);
+    decays.dedup_by(|next, before| next.first_deg < MIN_JUMP * before.last_deg);
     decays
 }
 
@@ -86,7 +86,7 @@ pub(super) fn beside(prepared: &Prepared) -> Vec<Span> {
     // After it the oscillation goes on at the last amplitude and less.
     let after = record.yaw_deg[at(span.to_s)..].iter();
     let after = after.map(|yaw| (yaw - last.midline_deg).abs()).fold(0.0, f64::max);
-    let moves = before > AT_REST * first.amplitude_deg || after > LEAST_JUMP * last.amplitude_deg;
+    let moves = before > AT_REST * first.amplitude_deg || after > MIN_JUMP * last.amplitude_deg;
     if !moves {
         return Vec::new();
     }
@@ -108,7 +108,7 @@ fn search(record: &Record, part: Range<usize>, found: &mut Vec<Decay>) {
     }
     found.push(decay);
     let at = |time_s: f64| record.time_s.partition_point(|t| *t < time_s);
-    let shortest = FEWEST_CYCLES * TAU / decay.frequency_rad_s;
+    let shortest = MIN_CYCLES * TAU / decay.frequency_rad_s;
     for rest in [part.start..at(decay.from_s), at(decay.to_s)..part.end] {
         let long =
             rest.len() > 1 && record.time_s[rest.end - 1] - record.time_s[rest.start] > shortest;

@@ -17,16 +17,16 @@ use std::f64::consts::TAU;
 /// Bins on either side of the damped frequency over which the residual's spectrum is averaged.
 const HALF_WIDTH_BINS: usize = 12;
 /// Fewest bins on either side: with three cycles nothing narrower holds enough.
-const LEAST_HALF_WIDTH: usize = 3;
+const MIN_HALF_WIDTH: usize = 3;
 /// Means a cycle on which it is seen what a mode lacks, and the step by which a law is tried there.
 const MEANS_PER_CYCLE: f64 = 50.0;
 /// Times the frequency of the mode, between which noise is what is left: at 2.5 times, a random moment moves the
 /// rig by (1 - 2.5^2)^-2, a thirtieth, of what it does far below the mode.
 const ABOVE: [f64; 2] = [2.5, 7.5];
 /// Bins that tell its density to an eighth; up to twice as many are taken.
-const MOST_BINS: usize = 64;
+const MAX_BINS: usize = 64;
 /// Least noise, as a share of the amplitude: what rounding leaves.
-const LEAST_NOISE: f64 = 1e-9;
+const MIN_NOISE: f64 = 1e-9;
 /// Complex bins that fitting amplitude, phase, wn and zeta takes out of the residual.
 const ABSORBED: f64 = 2.0;
 
@@ -74,7 +74,7 @@ impl ModeFit {
     ) -> Option<Uncertainty> {
         let residuals = DampedSinusoid { stretch: *stretch }.residuals_deg(&self.mode);
         let noise = of(self, stretch, &residuals)?;
-        let least = LEAST_NOISE * self.mode.amplitude_deg(stretch.start_s());
+        let least = MIN_NOISE * self.mode.amplitude_deg(stretch.start_s());
         let variance = self.fit.variance();
         let beside = density_above(stretch, &residuals, self.mode.damped_frequency_rad_s);
         let floor = beside.unwrap_or(variance).sqrt().max(least);
@@ -223,10 +223,9 @@ fn density_above(
     let bin = |times: f64| (times * frequency_rad_s * duration / TAU).ceil() as usize;
     let highest = (0.45 * duration / stretch.step_s) as usize;
     let range = bin(ABOVE[0])..=bin(ABOVE[1]).min(highest);
-    let step = (range.clone().count() / MOST_BINS).max(1);
+    let step = (range.clone().count() / MAX_BINS).max(1);
     let bins: Vec<usize> = range.step_by(step).collect();
-    (bins.len() > LEAST_HALF_WIDTH)
-        .then(|| power(stretch, residuals_deg, &bins) / bins.len() as f64)
+    (bins.len() > MIN_HALF_WIDTH).then(|| power(stretch, residuals_deg, &bins) / bins.len() as f64)
 }
 
 /// Power spectral density of the residual about `frequency_rad_s`, scaled so that white noise of variance v
@@ -238,7 +237,7 @@ pub(super) fn spectral_density(
 ) -> f64 {
     let duration = stretch.duration_s();
     let centre = (frequency_rad_s * duration / TAU).round().max(1.0) as usize;
-    let half = (centre / 2).clamp(LEAST_HALF_WIDTH, HALF_WIDTH_BINS);
+    let half = (centre / 2).clamp(MIN_HALF_WIDTH, HALF_WIDTH_BINS);
     let highest = (0.45 * duration / stretch.step_s) as usize;
     let bins: Vec<usize> =
         (centre.saturating_sub(half).max(1)..=(centre + half).min(highest)).collect();

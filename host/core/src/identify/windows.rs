@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 /// Cycles in a window.
 pub(crate) const WINDOW_CYCLES: f64 = 3.0;
 /// Share of three cycles a window holds at least.
-pub(crate) const LEAST_SHARE: f64 = 0.95;
+pub(crate) const MIN_SHARE: f64 = 0.95;
 /// A residual this many standard deviations out belongs to a wild sample: once in 500 million samples by
 /// chance.
 const WILD: f64 = 6.0;
@@ -163,7 +163,7 @@ fn consecutive(samples: &Samples<'_>, from_s: f64, to_s: f64, frequency: f64) ->
     let mut out: Vec<WindowFit> = Vec::new();
     let mut begin = from_s;
     let mut guess = frequency;
-    while begin + LEAST_SHARE * WINDOW_CYCLES * TAU / guess <= to_s {
+    while begin + MIN_SHARE * WINDOW_CYCLES * TAU / guess <= to_s {
         let end = begin + WINDOW_CYCLES * TAU / guess;
         let stretch = samples.between(begin, end);
         let last = out.last().filter(|last| last.to_s == begin).map(|last| &last.found);

@@ -9,7 +9,7 @@ use crate::diagnosis::guards::HARMONIC;
 use crate::diagnosis::likelihood::BREADTH;
 use crate::diagnosis::over_pieces::Lengths;
 use crate::diagnosis::prediction::{predict_within, Prediction};
-use crate::diagnosis::verdict::MOST_LEFT;
+use crate::diagnosis::verdict::MAX_LEFT;
 use crate::discrepancy::ABOVE_NOISE;
 use crate::effects::{Acts, Effect};
 use crate::fit::fitting::{Fitted, Structure};
@@ -117,7 +117,7 @@ fn fitted(
         let mut all = vec![begun(&[law, start.as_slice()].concat())];
         let alone = [plain.as_slice(), start].concat();
         let alone = fit_from(&lengths.long, &found.plain.structure.with(effect), &alone, ROUGH);
-        if alone.sum() < MOST_LEFT * found.plain.sum() {
+        if alone.sum() < MAX_LEFT * found.plain.sum() {
             let (plain, numbers) = alone.common.split_at(plain.len());
             let no_law = vec![0.0; law.len() - plain.len()];
             all.push(begun(&[plain, &no_law, numbers].concat()));
@@ -162,7 +162,7 @@ pub(super) fn beside(releases: &Releases, lengths: &Lengths, found: &Measured) -
         .min_by(|a, b| a.fit.sum().total_cmp(&b.fit.sum()));
     let missed = |p: &Prediction| (p.rms_rad() / decay.noise_rad).powi(2) - 1.0;
     let clearly = |p: &Prediction| {
-        p.is_better_than(&found.prediction) && missed(p) < MOST_LEFT * missed(&found.prediction)
+        p.is_better_than(&found.prediction) && missed(p) < MAX_LEFT * missed(&found.prediction)
     };
     let predicted = nearest.map(|t| (predict_within(&lengths.predicted, &t.fit), t));
     if let Some((prediction, tried)) = predicted.filter(|(p, _)| clearly(p)) {

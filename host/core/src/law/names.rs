@@ -10,7 +10,7 @@ use super::tables::Point;
 use crate::at_once::AtOnce;
 use crate::diagnosis::likelihood::BREADTH;
 use crate::diagnosis::over_pieces::Lengths;
-use crate::diagnosis::prediction::{predict_within, Prediction, BETTER, LEAST_GAIN};
+use crate::diagnosis::prediction::{predict_within, Prediction, BETTER, MIN_GAIN};
 use crate::discrepancy::ABOVE_NOISE;
 use crate::effects::{Effect, Part};
 use crate::error::Result;
@@ -94,9 +94,9 @@ pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
     let noise_rad = releases.first().noise_rad;
     let alike = |k: &usize| {
         let (best, other) = (&ranked[0].0.prediction, &ranked[*k].0.prediction);
-        best.rms_rad() > (1.0 - LEAST_GAIN) * other.rms_rad()
+        best.rms_rad() > (1.0 - MIN_GAIN) * other.rms_rad()
             || best.gain_over(other) < BETTER
-            || other.rms_rad() < (1.0 + LEAST_GAIN) * noise_rad
+            || other.rms_rad() < (1.0 + MIN_GAIN) * noise_rad
     };
     let first = (0..ranked.len()).take_while(alike).count();
     let count = |(_, formula): &(NameFit, Formula)| formula.parameters().count();
@@ -106,13 +106,12 @@ pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
     let best = ranked.first().map(|(best, _)| best);
     // Randomness is predicted by nothing, hysteresis neither.
     let plain_rad = found.plain_held_out_over_noise * noise_rad;
-    let memory =
-        memory.filter(|memory| memory.prediction.rms_rad() < (1.0 - LEAST_GAIN) * plain_rad);
+    let memory = memory.filter(|memory| memory.prediction.rms_rad() < (1.0 - MIN_GAIN) * plain_rad);
     let memory = memory.filter(|memory| {
         let beats = |other: &Prediction, by: f64| memory.prediction.gain_over(other) > by;
         best.is_none_or(|best| beats(&best.prediction, BETTER))
             && (beats(&found.prediction, -BETTER)
-                || memory.prediction.rms_rad() < (1.0 + LEAST_GAIN) * found.prediction.rms_rad()
+                || memory.prediction.rms_rad() < (1.0 + MIN_GAIN) * found.prediction.rms_rad()
                 || trial.lacks(memory))
             || trial.remembers(memory, best)
     });

@@ -6,7 +6,7 @@ use super::table::{Knots, Learned};
 use crate::error::{Error, Result};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-const MOST_STEPS: usize = 25;
+const MAX_STEPS: usize = 25;
 /// A step that moves no knot by more than this share of the largest amplitude is the last one.
 const SMALL: f64 = 1e-7;
 /// Errors of this share of the largest amplitude are taken for likely: where nothing was read that is all
@@ -15,13 +15,13 @@ const LIKELY: f64 = 0.1;
 /// Residuals beyond so many times their rms are no reading's; but a wide code's may be many times the noise.
 const WILD: f64 = 20.0;
 /// A knot that was passed by fewer samples was not seen.
-const FEWEST_SAMPLES: f64 = 20.0;
+const MIN_SAMPLES: f64 = 20.0;
 /// Share of what a stiffness law's harmonics would do that stays: not each law is a cubic one.
 const OTHER_LAWS: f64 = 0.1;
 /// What is taken out is more than noise beyond so many times what a table takes out of noise.
 const BY_CHANCE: f64 = 4.0;
 /// Rise of the corrected reading at least, over that of the reading.
-const LEAST_RISE: f64 = 0.1;
+const MIN_RISE: f64 = 0.1;
 
 /// Sums of one pass over all samples.
 struct Sums {
@@ -188,7 +188,7 @@ pub(super) fn learn(swings: &[Swing], knots: Knots, from_deg: f64) -> Result<Lea
         state.step_own(&sums, &none);
     }
     let mut wild_deg = f64::INFINITY;
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         state.see_stiffness();
         let sums = state.sums(wild_deg).ok_or_else(undetermined)?;
         let (normal, gradient) = state.reduced(&sums).ok_or_else(undetermined)?;
@@ -209,7 +209,7 @@ pub(super) fn learn(swings: &[Swing], knots: Knots, from_deg: f64) -> Result<Lea
     let frequency_change = swings.iter().zip(&state.stiffness).map(of_largest).fold(0.0, f64::max);
     let by_stiffness = OTHER_LAWS * frequency_change / 4.0;
     let damping_error = weights.dot(&DVector::from_column_slice(&state.errors));
-    let seen: Vec<usize> = (0..knots.count).filter(|k| sums.seen[*k] >= FEWEST_SAMPLES).collect();
+    let seen: Vec<usize> = (0..knots.count).filter(|k| sums.seen[*k] >= MIN_SAMPLES).collect();
     let (Some(&first), Some(&last)) = (seen.first(), seen.last()) else {
         return Err(undetermined());
     };
@@ -254,7 +254,7 @@ fn corrections(state: &State, first: usize, last: usize) -> Vec<f64> {
             let (low, high) = (readings[0], readings[knots.count - 1]);
             // Beyond the ends the correction stays.
             let inside = reading.clamp(low, high);
-            corrected = (angle(inside) + reading - inside).max(corrected + LEAST_RISE * step);
+            corrected = (angle(inside) + reading - inside).max(corrected + MIN_RISE * step);
             corrected - reading
         })
         .collect()

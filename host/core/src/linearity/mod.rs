@@ -24,11 +24,11 @@ mod table;
 use crate::error::{Error, Result};
 use crate::identify::{self, Settings};
 use crate::record::Record;
-use start::{Swing, FEWEST_CYCLES};
+use start::{Swing, MIN_CYCLES};
 pub use table::{Knots, Learned};
 
 /// A cycle's samples at least: with fewer a reading's phase says little.
-const FEWEST_PER_CYCLE: f64 = 20.0;
+const MIN_PER_CYCLE: f64 = 20.0;
 
 /// Free decays that were read through one sensor.
 #[derive(Clone, Debug)]
@@ -47,9 +47,9 @@ impl Swings {
             let stretch = prepared.stretch();
             let frequency = prepared.span.frequency_rad_s;
             let per_cycle = std::f64::consts::TAU / frequency / stretch.step_s;
-            if per_cycle < FEWEST_PER_CYCLE {
+            if per_cycle < MIN_PER_CYCLE {
                 let record = record.file.display().to_string();
-                return Err(Error::TooCoarse { record, per_cycle, fewest: FEWEST_PER_CYCLE });
+                return Err(Error::TooCoarse { record, per_cycle, fewest: MIN_PER_CYCLE });
             }
             // All of them: what is taken for an outlier there may be a jump of the converter.
             let samples: Vec<(f64, f64)> =
@@ -58,7 +58,7 @@ impl Swings {
             Swing::of(&samples, frequency).ok_or_else(|| Error::TooFewCycles {
                 record: record.file.display().to_string(),
                 cycles,
-                fewest: FEWEST_CYCLES as f64,
+                fewest: MIN_CYCLES as f64,
             })
         };
         records.iter().map(swing).collect::<Result<_>>().map(Self)

@@ -12,7 +12,7 @@ pub(super) const OWN: usize = DRIFT + 2 * TERMS;
 /// Terms that they begin with, of which so few cycles say enough.
 const FIRST_TERMS: usize = 4;
 /// Cycles at least.
-pub(super) const FEWEST_CYCLES: usize = 8;
+pub(super) const MIN_CYCLES: usize = 8;
 /// What is below this share of the largest amplitude is left out: no polynomial follows how friction ends it.
 const SMALLEST: f64 = 0.06;
 
@@ -89,7 +89,7 @@ impl Swing {
         let largest = cycles.iter().map(|c| c.amplitude_deg).fold(0.0, f64::max);
         let large = cycles.iter().take_while(|c| c.amplitude_deg > SMALLEST * largest).count();
         cycles.truncate(large);
-        let last = cycles.last().filter(|_| large >= FEWEST_CYCLES)?;
+        let last = cycles.last().filter(|_| large >= MIN_CYCLES)?;
         let (from_s, to_s) = (samples[0].0, last.time_s + half_s);
         let tau = |time_s: f64| 2.0 * (time_s - from_s) / (to_s - from_s) - 1.0;
         // Weighted by the amplitude, as their noise is.

@@ -3,7 +3,7 @@
 use crate::effects::{Memories, Terms};
 
 /// Most halvings of a step.
-pub(crate) const MOST_HALVINGS: usize = 24;
+pub(crate) const MAX_HALVINGS: usize = 24;
 
 /// Even grid of instants at which the reading is wanted, time from the release.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -121,7 +121,7 @@ pub(crate) fn root(end: f64, f: impl Fn(f64) -> f64) -> f64 {
     let (mut a, mut b) = (0.0, end);
     let (mut fa, mut fb) = (f(a), f(b));
     // A model that leaves its rest or an edge, and comes back.
-    for _ in 0..MOST_HALVINGS {
+    for _ in 0..MAX_HALVINGS {
         if fa != 0.0 {
             break;
         }

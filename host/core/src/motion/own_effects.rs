@@ -4,10 +4,10 @@
 use super::oscillator::Motion;
 use super::piece::Piece;
 use std::cell::RefCell;
-use yawrig_expression::{follow, OwnTerm, Prepared, MOST_OWN, MOST_STATES};
+use yawrig_expression::{follow, OwnTerm, Prepared, MAX_OWN, MAX_STATES};
 
 /// States of all own effects of a model; those beyond what there are are zero.
-pub(super) type States = [f64; MOST_OWN * MOST_STATES];
+pub(super) type States = [f64; MAX_OWN * MAX_STATES];
 
 /// `from` and the slopes over `h` s, weighted.
 #[inline]

@@ -14,7 +14,7 @@ use super::pace::Pace;
 use super::pair::{Flows, ERROR, NODES, WEIGHTS};
 use super::piece::Piece;
 use crate::effects::{Memories, State};
-use crate::motion::oscillator::{root, Flow, Motion, Walk, MOST_HALVINGS};
+use crate::motion::oscillator::{root, Flow, Motion, Walk, MAX_HALVINGS};
 
 /// A step's end: the state, the moment there besides the plain model's, and the pair's disagreement of the
 /// amplitude.
@@ -188,7 +188,7 @@ impl<'a> Walker<'a> {
 
     /// Sees to it that there are flows of the step halved so often.
     fn halve(&mut self, level: usize) {
-        self.level = level.min(MOST_HALVINGS);
+        self.level = level.min(MAX_HALVINGS);
         while self.halved.len() <= self.level {
             let half = 0.5 * self.halved[self.halved.len() - 1].step_s;
             self.halved.push(Flows::new(self.motion, half));
@@ -234,7 +234,7 @@ impl<'a> Walker<'a> {
             // The steps of another motion are followed up to eight tolerances.
             let bearable = followed.map_or(1.0, |_| 8.0) * self.tolerance;
             let good = end.error <= bearable;
-            if !good && self.level < MOST_HALVINGS {
+            if !good && self.level < MAX_HALVINGS {
                 // Halving a step divides the pair's disagreement by two to its order.
                 let needed = ((end.error / self.tolerance).log2() / 5.0).ceil();
                 let more = if needed.is_finite() { needed.clamp(1.0, 4.0) } else { 1.0 };
@@ -260,7 +260,7 @@ impl<'a> Walker<'a> {
             // Finding it took about ten attempts.
             self.attempts_left = self.attempts_left.saturating_sub(10);
             // Where the model leaves its rest and is back at once, that takes the shortest step.
-            at += corner_s.max(self.step_s * 0.5f64.powi(MOST_HALVINGS as i32));
+            at += corner_s.max(self.step_s * 0.5f64.powi(MAX_HALVINGS as i32));
             first = None;
         }
         (b, r)

@@ -13,8 +13,8 @@ use std::f64::consts::{PI, TAU};
 const PILED_UP: usize = 5;
 /// And at least so many, in at least so many swings, which are more samples apart than noise dips for; and
 /// the next reading is no further than this share of the range.
-const FEWEST_AT_END: usize = 10;
-const FEWEST_SWINGS: usize = 2;
+const MIN_AT_END: usize = 10;
+const MIN_SWINGS: usize = 2;
 const DIP: usize = 3;
 const NEXT: f64 = 0.1;
 /// A hole in the angles that were read is so many times as wide as the distance of neighbouring ones (the
@@ -27,7 +27,7 @@ const FOUND_ELSEWHERE: f64 = 0.4;
 /// One in so many samples with the same reading is no accident.
 const MANY: usize = 20;
 /// Samples of a cycle below which a hole is chance.
-const FEWEST_OF_CYCLE: f64 = 20.0;
+const MIN_OF_CYCLE: f64 = 20.0;
 /// Whole cycles on each side of a jump of the phase.
 const BESIDE: usize = 4;
 /// A jump is so many times the others' standard deviation and so many radians.
@@ -81,7 +81,7 @@ impl Facts {
         let first = record.time_s.partition_point(|t| *t < from_s);
         let last = record.time_s.partition_point(|t| *t <= to_s);
         let (time_s, yaw_deg) = (&record.time_s[first..last], &record.yaw_deg[first..last]);
-        let faults = match time_s.len() > 2 * FEWEST_AT_END && natural_frequency_rad_s > 0.0 {
+        let faults = match time_s.len() > 2 * MIN_AT_END && natural_frequency_rad_s > 0.0 {
             true => [
                 clipped(yaw_deg),
                 dead_spot(time_s, yaw_deg, natural_frequency_rad_s),
@@ -164,7 +164,7 @@ fn clipped(yaw_deg: &[f64]) -> Option<Fault> {
         }
         let is_near = (beside[0].0 - level).abs() < NEXT * range;
         let is_cut =
-            count >= FEWEST_AT_END && count > PILED_UP * next && swings >= FEWEST_SWINGS && is_near;
+            count >= MIN_AT_END && count > PILED_UP * next && swings >= MIN_SWINGS && is_near;
         is_cut.then_some((level, count, swings))
     });
     cut.map(|(level, count, swings)| Fault {
@@ -178,7 +178,7 @@ fn clipped(yaw_deg: &[f64]) -> Option<Fault> {
 
 fn dead_spot(time_s: &[f64], yaw_deg: &[f64], wn: f64) -> Option<Fault> {
     let span_s = time_s[time_s.len() - 1] - time_s[0];
-    if (time_s.len() as f64) * TAU / wn < FEWEST_OF_CYCLE * span_s {
+    if (time_s.len() as f64) * TAU / wn < MIN_OF_CYCLE * span_s {
         return None;
     }
     // A reading that many samples have may be what a worn track falls to.

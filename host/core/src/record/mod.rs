@@ -14,15 +14,15 @@ use crate::statistics::sample_noise;
 use std::path::PathBuf;
 
 /// Samples of another rate for each of the record's own, at most: a record of 20 Hz at the device's 1 kHz.
-const MOST_BETWEEN: f64 = 50.0;
+const MAX_BETWEEN: f64 = 50.0;
 /// A record is resampled to at most so many times the samples that its rate would make of those it has, and
 /// so many more.
-const MOST_FILLED: f64 = 20.0;
+const MAX_FILLED: f64 = 20.0;
 const ALWAYS_FILLED: f64 = 1e5;
 
 /// Share of a record's runs of one value that are whole numbers of a sensor's sample, where all of it was read so
 /// often; of a coarse reading they have any length.
-const MOST_ALIKE: f64 = 0.9;
+const MAX_ALIKE: f64 = 0.9;
 
 /// Whether all `records` hold the same quantity in the same unit.
 ///
@@ -130,7 +130,7 @@ impl Record {
         let times =
             *sorted.get_mut(..).filter(|s| !s.is_empty())?.select_nth_unstable(inner.len() / 2).1;
         let alike = inner.iter().filter(|run| **run % times == 0).count();
-        (times > 1 && alike as f64 > MOST_ALIKE * inner.len() as f64).then_some(times)
+        (times > 1 && alike as f64 > MAX_ALIKE * inner.len() as f64).then_some(times)
     }
 
     /// Standard deviation of white sample noise, in the record's unit, from the median of third differences;
@@ -149,13 +149,13 @@ impl Record {
             return Err(Error::TooFewSamples { record: record(), samples: self.len() });
         }
         let own_hz = self.timing().rate_hz;
-        let least_hz = rate_hz / MOST_BETWEEN;
+        let least_hz = rate_hz / MAX_BETWEEN;
         if own_hz < least_hz {
             return Err(Error::TooSlow { record: record(), rate_hz: own_hz, least_hz });
         }
         let span_s = self.time_s[self.len() - 1] - self.time_s[0];
         let expected = self.len() as f64 * rate_hz / own_hz;
-        if span_s * rate_hz > MOST_FILLED * expected + ALWAYS_FILLED {
+        if span_s * rate_hz > MAX_FILLED * expected + ALWAYS_FILLED {
             return Err(Error::Gaps { record: record(), samples: self.len(), span_s });
         }
         Ok(())

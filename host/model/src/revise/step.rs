@@ -8,7 +8,7 @@ use crate::store::Store;
 use serde::Serialize;
 use yawrig_base::error::{Error, Exit, Result};
 use yawrig_base::interrupt;
-use yawrig_core::diagnosis::diagnose::LEAST_GAIN;
+use yawrig_core::diagnosis::diagnose::MIN_GAIN;
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::{Covariance, Fitted};
 use yawrig_core::fit::joint::JointFit;
@@ -53,7 +53,7 @@ impl Current {
 
     /// Whether it predicts what was held out worse than `inner`, by more than a share that counts.
     pub(super) fn predicts_worse_than(&self, inner: &Self) -> bool {
-        let most = (1.0 + LEAST_GAIN) * inner.held_out_over_noise;
+        let most = (1.0 + MIN_GAIN) * inner.held_out_over_noise;
         self.held_out_over_noise.is_nan() || self.held_out_over_noise > most
     }
 

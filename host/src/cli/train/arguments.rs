@@ -3,8 +3,8 @@
 use yawrig_base::error::{Error, Result};
 use yawrig_model::training;
 use yawrig_shared::features::{FeatureKind, FEATURES};
-use yawrig_shared::network::{MOST_OUTPUTS, OUTPUTS};
-use yawrig_shared::numbers::MOST_NUMBERS;
+use yawrig_shared::network::{MAX_OUTPUTS, OUTPUTS};
+use yawrig_shared::numbers::MAX_NUMBERS;
 use yawrig_train::augmented::{Asked, Source};
 use yawrig_train::network_training::Settings;
 
@@ -95,9 +95,9 @@ pub(super) fn numbers(outputs: &str, source: &Source) -> Result<Vec<Asked>> {
             .help(format!("begin with {}", ALWAYS.join(","))));
     }
     let numbers: Vec<_> = wanted.iter().filter(|(name, _)| !ALWAYS.contains(name)).collect();
-    if numbers.len() > MOST_NUMBERS {
+    if numbers.len() > MAX_NUMBERS {
         let count = wanted.len();
-        return Err(wrong(format!("{count} outputs, and a device says {MOST_OUTPUTS} at most"))
+        return Err(wrong(format!("{count} outputs, and a device says {MAX_OUTPUTS} at most"))
             .help("train another network for the others"));
     }
     numbers.into_iter().map(|(name, range)| training::asked(source, name, *range)).collect()

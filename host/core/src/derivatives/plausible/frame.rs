@@ -11,7 +11,7 @@ use yawrig_shared::derivatives::torsional_stiffness_nm;
 /// springs bought as equal differ by, and what a rig's friction and nonlinearity move the softest spring's
 /// frequency by.
 pub(super) const STIFFNESS_U: f64 = 0.02;
-const STIFFNESS_LEAST_U: f64 = 0.01;
+const STIFFNESS_MIN_U: f64 = 0.01;
 /// Other stiffness than the springs', over the softest spring's.
 const OTHER_STIFFNESS: f64 = 0.3;
 /// Relative, of the ratio of both axes' squared frequencies from spring to spring.
@@ -117,7 +117,7 @@ impl Frame {
                 frame.springs.push(entry.spring.clone());
                 frame.stiffness_nm.push(stiffness_nm);
                 let u = entry.spring_stiffness_u_n_per_m.map(|u| u / stiffness);
-                frame.stiffness_u.push(u.map_or(STIFFNESS_U, |u| u.hypot(STIFFNESS_LEAST_U)));
+                frame.stiffness_u.push(u.map_or(STIFFNESS_U, |u| u.hypot(STIFFNESS_MIN_U)));
                 frame.springs.len() - 1
             });
             let at = frame.ats.iter().position(|at| *at == entry.at).unwrap_or_else(|| {

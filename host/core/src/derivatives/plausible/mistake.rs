@@ -3,7 +3,7 @@
 use super::frame::{Frame, Misfit, Node, Place, DISAGREES};
 
 /// Releases of which every exchange with any other is tried.
-const MOST_TRIED: usize = 24;
+const MAX_TRIED: usize = 24;
 
 /// A number so many times too large or too small is no number that is a little off.
 const IMPOSSIBLE: f64 = 3.0;
@@ -131,16 +131,16 @@ pub(super) fn candidates(frame: &Frame, flagged: &[&Misfit]) -> Vec<Mistake> {
     springs.dedup();
     let mut all = Vec::new();
     let condition = |n: &Node| (n.spring, n.axis, n.at, n.speed_m_s.to_bits());
-    for &a in nodes.iter().take(MOST_TRIED) {
+    for &a in nodes.iter().take(MAX_TRIED) {
         for b in 0..frame.nodes.len() {
-            let is_known = nodes.iter().take(MOST_TRIED).any(|node| *node == b) && b < a;
+            let is_known = nodes.iter().take(MAX_TRIED).any(|node| *node == b) && b < a;
             if !is_known && condition(&frame.nodes[a]) != condition(&frame.nodes[b]) {
                 all.push(Mistake::Exchanged(vec![(a, b)]));
             }
         }
         all.extend(CLOCKS.map(|factor| Mistake::Clock(a, factor)));
     }
-    for &spring in springs.iter().take(MOST_TRIED) {
+    for &spring in springs.iter().take(MAX_TRIED) {
         for other in (0..frame.springs.len()).filter(|other| *other != spring) {
             all.push(Mistake::Stiffness(spring, other));
             all.extend([0, 1].map(|axis| groups(frame, (spring, axis), (other, axis))));

@@ -7,7 +7,7 @@ use crate::solver::{minimise, Options, Problem, Rows};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// Wagner's function of a plate has two; a third has nothing left to be seen by.
-pub(super) const MOST_LAGS: usize = 2;
+pub(super) const MAX_LAGS: usize = 2;
 /// How far beyond the reduced frequencies measured a lag is looked for, as a factor: over one so far off the
 /// function is that of the limit b = 0, or none, to 1 %.
 const BEYOND: f64 = 10.0;
@@ -70,7 +70,7 @@ impl Fitted {
 pub(super) fn fits(columns: &Columns, covariance: &CovarianceOf) -> Option<(Vec<Fitted>, usize)> {
     let fewer = |lags: &usize| 2 + 2 * lags < columns.values.len();
     let all: Option<Vec<Fitted>> =
-        (0..=MOST_LAGS).filter(fewer).map(|lags| fit(columns, lags, covariance)).collect();
+        (0..=MAX_LAGS).filter(fewer).map(|lags| fit(columns, lags, covariance)).collect();
     let all = all.filter(|all| !all.is_empty())?;
     let better = |chosen: usize, next: usize| match all[next].is_better_than(&all[chosen]) {
         true => next,

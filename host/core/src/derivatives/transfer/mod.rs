@@ -23,7 +23,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 /// A straight line through two points holds anything: of reduced frequencies there have to be more.
-const FEWEST: usize = 3;
+const MIN: usize = 3;
 /// Reduced frequencies of the curve.
 const CURVE: usize = 24;
 /// A cause that chance makes look so bad less often than this is refused: once in a thousand.
@@ -268,8 +268,8 @@ impl Setting<'_> {
             }
             known
         });
-        if different.len() < FEWEST {
-            return Err(words::too_few(&different, FEWEST));
+        if different.len() < MIN {
+            return Err(words::too_few(&different, MIN));
         }
         let covariance = |cause: Option<&Cause>| self.covariance(cause);
         let (all, chosen) = fits(&columns, &covariance).ok_or_else(|| {
