@@ -189,7 +189,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
         self.core.remembered = Some(releases);
         let network = self.core.running_id();
         let refined_reference = self.core.refining.kept();
-        Some(Memory::of(&Kept { network, releases, reference, refined_reference }))
+        Some(Memory::new(&Kept { network, releases, reference, refined_reference }))
     }
 
     /// What was kept over a reset holds again, once it has started; the condition has to be said anew.

@@ -38,7 +38,7 @@ struct Ring {
 }
 
 impl Ring {
-    fn of<F: NorFlash>(flash: &F) -> Option<Self> {
+    fn new<F: NorFlash>(flash: &F) -> Option<Self> {
         let begin = Sector::ALL.len() * bytes::<F>();
         let sector = F::ERASE_SIZE.next_multiple_of(ENTRY);
         let sectors = flash.capacity().saturating_sub(begin) / sector;
@@ -142,7 +142,7 @@ impl Journal {
     /// Looks where the log of this flash ends.
     #[inline(never)]
     pub fn open<F: NorFlash>(&mut self, flash: &mut F) {
-        *self = Self { ring: Ring::of(flash), ..Self::new() };
+        *self = Self { ring: Ring::new(flash), ..Self::new() };
         let Some(ring) = self.ring else { return };
         let mut room = [ERASED; ENTRY];
         for entry in 0..ring.entries {

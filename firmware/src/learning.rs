@@ -79,7 +79,7 @@ impl Line {
         [first, bias, weight, x, xx, error, x_error, squares, count]
     }
 
-    fn of(numbers: [f32; NUMBERS]) -> Self {
+    fn new(numbers: [f32; NUMBERS]) -> Self {
         let [first, bias, weight, x, xx, error, x_error, squares, count] = numbers;
         Self { first, bias, weight, x, xx, error, x_error, squares, count }
     }
@@ -210,7 +210,7 @@ impl Learning {
             let number = |index: usize| f32::from_bits(word(8 + 4 * index));
             self.rig = word(0);
             self.lines = [0, NUMBERS]
-                .map(|first| Line::of(core::array::from_fn(|index| number(first + index))));
+                .map(|first| Line::new(core::array::from_fn(|index| number(first + index))));
             if word(4) != network {
                 self.forget(Forgotten::Network);
             }

@@ -28,7 +28,7 @@ pub struct Asked {
 }
 
 impl Asked {
-    pub fn of(frame: &Frame<'_>) -> Self {
+    pub fn new(frame: &Frame<'_>) -> Self {
         Self { key: frame.key, sequence: frame.sequence, body: crc32(frame.body) }
     }
 }

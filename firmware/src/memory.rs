@@ -29,7 +29,7 @@ impl Memory {
     pub const NONE: Self = Self([0; BYTES]);
 
     #[inline(never)]
-    pub(crate) fn of(kept: &Kept) -> Self {
+    pub(crate) fn new(kept: &Kept) -> Self {
         let mut bytes = [0; BYTES];
         let Ok(body) = postcard::to_slice(kept, &mut bytes[BODY..]) else { return Self::NONE };
         let (length, crc) = (body.len() as u16, crc32(body));

@@ -140,11 +140,11 @@ fn compare(hidden: &[usize], set: &Samples, epochs: usize, repeats: usize) {
 
 fn main() {
     let draws = draw(250, 0.0, 1);
-    let scaling = Scaling::of(&draws);
+    let scaling = Scaling::new(&draws);
     let noise_free = set(&draws, &scaling, 41);
     compare(&[6], &noise_free, 1000, 15);
     let noisy = draw(1000, 0.02, 1);
-    compare(&[20, 5], &set(&noisy, &Scaling::of(&noisy), 32), 200, 3);
+    compare(&[20, 5], &set(&noisy, &Scaling::new(&noisy), 32), 200, 3);
 
     println!("[41, 6, 2] on 250 noise-free samples, 2000 others for the test");
     let test = set(&draw(2000, 0.0, 2), &scaling, 41);

@@ -18,7 +18,7 @@ impl Listener for Terminal {
     }
 
     fn begin(&self, count: usize, what: &'static str) -> Option<Box<dyn Counter>> {
-        std::io::stderr().is_terminal().then(|| Box::new(LateBar::of(count, what)) as _)
+        std::io::stderr().is_terminal().then(|| Box::new(LateBar::new(count, what)) as _)
     }
 }
 
@@ -29,7 +29,7 @@ struct LateBar {
 }
 
 impl LateBar {
-    fn of(count: usize, what: &'static str) -> Self {
+    fn new(count: usize, what: &'static str) -> Self {
         let style = ProgressStyle::with_template("{msg:12} [{bar:40}] {pos}/{len} {elapsed}")
             .unwrap_or_else(|_| ProgressStyle::default_bar());
         let bar = ProgressBar::with_draw_target(Some(count as u64), ProgressDrawTarget::hidden());

@@ -21,12 +21,12 @@ pub struct Desk {
 
 impl Default for Desk {
     fn default() -> Self {
-        Self::of(Device::new(MemoryFlash::new(), "desk"))
+        Self::new(Device::new(MemoryFlash::new(), "desk"))
     }
 }
 
 impl Desk {
-    pub fn of(device: Device<MemoryFlash>) -> Self {
+    pub fn new(device: Device<MemoryFlash>) -> Self {
         Self {
             device: Box::new(device),
             decoder: Decoder::new(),

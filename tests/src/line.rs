@@ -124,13 +124,13 @@ pub type Flash = MemoryFlash<8>;
 
 impl Default for Board {
     fn default() -> Self {
-        Self::of(MemoryFlash::with_log())
+        Self::new(MemoryFlash::with_log())
     }
 }
 
 impl Board {
     /// One that starts from this flash.
-    pub fn of(flash: Flash) -> Self {
+    pub fn new(flash: Flash) -> Self {
         Self(Arc::new(Mutex::new(Device::new(flash, "on the bench"))))
     }
 

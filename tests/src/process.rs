@@ -43,7 +43,7 @@ fn terminal() -> (std::fs::File, impl Fn() -> Stdio) {
 
 /// `yawrig` with these arguments, parted by blanks.
 pub fn yawrig(arguments: &str) -> Yawrig {
-    Yawrig::of(Command::new(binary()), arguments)
+    Yawrig::new(Command::new(binary()), arguments)
 }
 
 /// The same without the rights of the superuser, to whom nothing is forbidden.
@@ -53,11 +53,11 @@ pub fn yawrig_as_anybody(arguments: &str) -> Yawrig {
     }
     let mut command = Command::new("setpriv");
     command.args(["--bounding-set=-all", "--inh-caps=-all", "--"]).arg(binary());
-    Yawrig::of(command, arguments)
+    Yawrig::new(command, arguments)
 }
 
 impl Yawrig {
-    fn of(mut command: Command, arguments: &str) -> Self {
+    fn new(mut command: Command, arguments: &str) -> Self {
         command.args(arguments.split_whitespace());
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         Self { command, line: format!("yawrig {arguments}"), drawn: None }
@@ -126,7 +126,7 @@ impl Yawrig {
         let child = child.unwrap_or_else(|e| panic!("{line}: {e}"));
         // The last of our copies of that end.
         drop(command);
-        let stdout = Heard::of(near);
+        let stdout = Heard::new(near);
         let until = Instant::now() + PATIENCE;
         Running { child, stdout, stderr: Heard::none(), line, until }.ends()
     }
@@ -136,9 +136,9 @@ impl Yawrig {
         let mut child = self.command.spawn().unwrap_or_else(|e| panic!("{}: {e}", self.line));
         // The last of our copies of its ends.
         drop(self.command);
-        let stdout = child.stdout.take().map_or_else(Heard::none, Heard::of);
-        let stderr = child.stderr.take().map_or_else(Heard::none, Heard::of);
-        let stderr = self.drawn.map_or(stderr, Heard::of);
+        let stdout = child.stdout.take().map_or_else(Heard::none, Heard::new);
+        let stderr = child.stderr.take().map_or_else(Heard::none, Heard::new);
+        let stderr = self.drawn.map_or(stderr, Heard::new);
         Running { child, stdout, stderr, line: self.line, until: Instant::now() + PATIENCE }
     }
 
@@ -146,7 +146,7 @@ impl Yawrig {
     pub fn start_with_short_reader(mut self, bytes: usize) -> Running {
         let mut child = self.command.spawn().unwrap_or_else(|e| panic!("{}: {e}", self.line));
         let mut stdout = child.stdout.take().expect("its stdout");
-        let stderr = child.stderr.take().map_or_else(Heard::none, Heard::of);
+        let stderr = child.stderr.take().map_or_else(Heard::none, Heard::new);
         let heard = Heard::none();
         let text = heard.text.clone();
         std::thread::spawn(move || {
@@ -170,7 +170,7 @@ impl Heard {
         Self { text: Arc::default(), thread: None }
     }
 
-    fn of(mut stream: impl Read + Send + 'static) -> Self {
+    fn new(mut stream: impl Read + Send + 'static) -> Self {
         let mut heard = Self::none();
         let text = heard.text.clone();
         heard.thread = Some(std::thread::spawn(move || {

@@ -14,7 +14,7 @@ use yawrig_shared::wire::{
 impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
     pub(super) fn obey(&mut self, frame: &Frame<'_>) {
         let Frame { key, sequence, .. } = *frame;
-        let asked = Asked::of(frame);
+        let asked = Asked::new(frame);
         if key == HELLO_KEY {
             let hello = HelloReply {
                 protocol: wire::REVISION,

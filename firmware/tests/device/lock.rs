@@ -37,7 +37,7 @@ struct Signer<'a> {
 }
 
 impl<'a> Signer<'a> {
-    fn of(pair: &'a KeyPair) -> Self {
+    fn new(pair: &'a KeyPair) -> Self {
         Self { permit: pair, network: pair, other_bytes: None, other_length: None }
     }
 }
@@ -121,18 +121,18 @@ fn locked_it_takes_what_its_key_has_signed_and_nothing_else() {
     let wrong = refused(Refusal::WrongSignature);
     let tried = |desk: &mut Desk, signer: Signer| desk.update(&bytes, Some(&signer)).0;
     assert_eq!(desk.update(&bytes, None).0, unsigned);
-    assert_eq!(tried(&mut desk, Signer::of(&other)), wrong);
-    assert_eq!(tried(&mut desk, Signer { network: &other, ..Signer::of(&owner) }), wrong);
-    let longer = Signer { other_length: Some(4096), ..Signer::of(&owner) };
+    assert_eq!(tried(&mut desk, Signer::new(&other)), wrong);
+    assert_eq!(tried(&mut desk, Signer { network: &other, ..Signer::new(&owner) }), wrong);
+    let longer = Signer { other_length: Some(4096), ..Signer::new(&owner) };
     assert_eq!(tried(&mut desk, longer), wrong);
     // Of another generation, so of another blob; then a bit of the network, all its checksums right.
     let next = network(2);
-    assert_eq!(tried(&mut desk, Signer { other_bytes: Some(&next), ..Signer::of(&owner) }), wrong);
+    assert_eq!(tried(&mut desk, Signer { other_bytes: Some(&next), ..Signer::new(&owner) }), wrong);
     let (_, mut payload) = blob::decode(&bytes).expect("a blob");
     payload.provenance.seed ^= 1;
     let mut tampered = [0; blob::LONGEST];
     let length = blob::encode(&payload, 1, &mut tampered).expect("a blob");
-    let signer = Signer { other_bytes: Some(&bytes), ..Signer::of(&owner) };
+    let signer = Signer { other_bytes: Some(&bytes), ..Signer::new(&owner) };
     assert_eq!(desk.update(&tampered[..length], Some(&signer)).0, wrong);
     // A bit of either signature, one cut short, none.
     for which in [0, 1] {
@@ -165,7 +165,7 @@ fn locked_it_takes_what_its_key_has_signed_and_nothing_else() {
     assert_eq!(desk.status().network, before);
     assert_eq!(desk.ask(&Request::FlashCommit), refused(Refusal::NoTrial));
 
-    assert_eq!(tried(&mut desk, Signer::of(&owner)), Reply::Done);
+    assert_eq!(tried(&mut desk, Signer::new(&owner)), Reply::Done);
     assert_eq!(desk.ask(&Request::FlashCommit), Reply::Done);
     let mut desk = desk.power_cut();
     assert_eq!((desk.status().network.generation, desk.status().lock), (1, Some(*owner.pk)));
@@ -200,7 +200,7 @@ fn locked_it_erases_nothing_for_who_has_no_key() {
 fn an_update_that_was_recorded_is_good_once() {
     let owner = pair(1);
     let mut desk = Desk::locked(&owner);
-    let (done, recorded) = desk.update(&network(1), Some(&Signer::of(&owner)));
+    let (done, recorded) = desk.update(&network(1), Some(&Signer::new(&owner)));
     assert_eq!(done, Reply::Done);
     assert_eq!(desk.ask(&Request::FlashCommit), Reply::Done);
     let wrong = refused(Refusal::WrongSignature);

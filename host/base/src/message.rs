@@ -51,7 +51,7 @@ pub struct Progress(Option<Box<dyn Counter>>);
 
 impl Progress {
     /// Of so many of `what`.
-    pub fn of(count: usize, what: &'static str) -> Self {
+    pub fn new(count: usize, what: &'static str) -> Self {
         Self(LISTENER.get().and_then(|listener| listener.begin(count, what)))
     }
 

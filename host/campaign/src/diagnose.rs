@@ -13,7 +13,7 @@ use yawrig_core::record::Record;
 /// # Errors
 /// Exit 3 where a record cannot be read or has no free decay in it, 130 where the user stops it.
 pub fn diagnose(file: &CampaignFile, options: &Options) -> Result<Diagnosed> {
-    let progress = Progress::of(file.campaign.release.len(), "reading");
+    let progress = Progress::new(file.campaign.release.len(), "reading");
     let read = |index: usize| {
         interrupt::check()?;
         progress.one();

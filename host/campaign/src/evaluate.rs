@@ -26,13 +26,13 @@ pub fn looked_at(
     file: &CampaignFile,
     identify: &Identify,
 ) -> Result<Vec<Result<(Identified, Facts)>>> {
-    let progress = Progress::of(file.campaign.release.len(), "identifying");
+    let progress = Progress::new(file.campaign.release.len(), "identifying");
     let one = |index: usize| {
         interrupt::check()?;
         let record = file.record(index)?;
         let found = identify(&record)?;
         let wn = found.natural_frequency_rad_s.value;
-        let facts = Facts::of(&record, found.from_s, found.to_s, wn);
+        let facts = Facts::new(&record, found.from_s, found.to_s, wn);
         progress.one();
         Ok((found, facts))
     };
@@ -78,7 +78,7 @@ pub fn table(
         Error { message: format!("{}: {}", file.path.display(), named.message), ..named }
     })?;
     let responses = computed.responses();
-    let progress = Progress::of(file.campaign.release.len(), "validating");
+    let progress = Progress::new(file.campaign.release.len(), "validating");
     let validate = |index: usize| {
         interrupt::check()?;
         progress.one();

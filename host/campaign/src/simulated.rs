@@ -64,7 +64,7 @@ pub fn describe(rig: &Rig, planned: &[Planned]) -> Campaign {
     };
     let Model { length_m, frontal_area_m2 } = rig.model;
     let model = ModelEntry::new("Davis model, simulated", length_m, frontal_area_m2);
-    Campaign::new(model, AirEntry::of(rig.air_density_kg_m3), rig_entry, release.collect())
+    Campaign::new(model, AirEntry::new(rig.air_density_kg_m3), rig_entry, release.collect())
 }
 
 /// Writes every record on all cores, then the campaign file, each whole or not at all. Gives its path.

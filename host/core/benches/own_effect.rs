@@ -61,7 +61,7 @@ fn campaign(hidden: &str) -> Vec<FreeDecay> {
             .map(|s| (s.time_s, s.yaw_deg))
             .unzip();
         let record = Record::new(PathBuf::from("release"), time_s, yaw_deg);
-        let mut decay = FreeDecay::of(&record).expect("a free decay");
+        let mut decay = FreeDecay::from_record(&record).expect("a free decay");
         decay.wind_speed_m_s = condition.wind_speed_m_s;
         decay
     };

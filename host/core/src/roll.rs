@@ -216,7 +216,8 @@ mod tests {
             phi += h / 6.0 * (k1.0 + 2.0 * (k2.0 + k3.0) + k4.0);
             p += h / 6.0 * (k1.1 + 2.0 * (k2.1 + k3.1) + k4.1);
         }
-        let decay = FreeDecay::of(&Record::new("roll", time_s, roll_deg)).expect("a free decay");
+        let decay =
+            FreeDecay::from_record(&Record::new("roll", time_s, roll_deg)).expect("a free decay");
         let plain = fit_plain(&decay, false, decay.yaw_rad.len());
         let damped = fit_added(&decay, &plain, &Effect::QuadraticDamping);
         let model = fit_added(&decay, &damped, &Effect::CubicStiffness);

@@ -33,7 +33,7 @@ pub(crate) struct Periodogram {
 impl Periodogram {
     /// Of `values` every `step_s`, the mean taken off, filled up with zeros to the power of two that holds
     /// `length` and all values.
-    pub(crate) fn of(values: &[f64], step_s: f64, length: usize) -> Self {
+    pub(crate) fn new(values: &[f64], step_s: f64, length: usize) -> Self {
         let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
         Self::padded(values.iter().map(|v| v - mean).collect(), step_s, length)
     }
@@ -121,12 +121,12 @@ mod tests {
 
     #[test]
     fn the_peak_is_the_nearest_bin_and_interpolation_comes_nearer() {
-        let periodogram = Periodogram::of(&swing(1.27, 1000), 0.01, 1000);
+        let periodogram = Periodogram::new(&swing(1.27, 1000), 0.01, 1000);
         let bin = periodogram.strongest_bin(&(0.0..=20.0), |_, _| 1.0).unwrap();
         assert_eq!(bin, 13);
         assert!((periodogram.frequency_hz(bin) - 13.0 / 10.24).abs() < 1e-12);
         // Filled up fourfold, as interpolation wants it: a parabola fits only the tip of the peak.
-        let filled = Periodogram::of(&swing(1.27, 1000), 0.01, 4000);
+        let filled = Periodogram::new(&swing(1.27, 1000), 0.01, 4000);
         let bin = filled.strongest_bin(&(0.0..=20.0), |_, _| 1.0).unwrap();
         let error = (filled.interpolated_hz(bin) - 1.27).abs();
         assert!(error < 0.004, "{error}");
@@ -134,7 +134,7 @@ mod tests {
 
     #[test]
     fn a_constant_has_no_peak() {
-        let periodogram = Periodogram::of(&[3.0; 64], 0.01, 64);
+        let periodogram = Periodogram::new(&[3.0; 64], 0.01, 64);
         assert_eq!(periodogram.strongest_bin(&(0.0..=50.0), |_, _| 1.0), None);
     }
 }

@@ -62,7 +62,7 @@ pub fn make(records: &[Record], settings: &Settings) -> Result<Option<Made>> {
             Record { yaw_deg, ..record.clone() }
         })
         .collect();
-    let swings = Swings::of(&counted)?;
+    let swings = Swings::new(&counted)?;
     let [low, high] =
         swings.range_deg().map(|deg| deg / deg_per_count + f64::from(settings.zero_counts));
     let (first, spacing_bits, count) = grid(low, high, settings).ok_or_else(|| {

@@ -23,7 +23,7 @@ impl Kept {
     ///
     /// # Errors
     /// Exit 3 where another campaign is in the folder.
-    pub(super) fn of(wanted: &Campaign, folder: Option<&Path>) -> Result<Self> {
+    pub(super) fn new(wanted: &Campaign, folder: Option<&Path>) -> Result<Self> {
         let (mut campaign, mut before) = (head(wanted), Vec::new());
         let file = folder.map(|folder| folder.join(CAMPAIGN_FILE));
         if let Some(file) = file.as_ref().filter(|file| file.exists()) {

@@ -96,7 +96,7 @@ impl Measuring {
                 Error { message: format!("{which}: {}", error.message), ..error }
             })?;
         }
-        let kept = Kept::of(&plan.campaign, folder)?;
+        let kept = Kept::new(&plan.campaign, folder)?;
         let mut there: Vec<&ReleaseEntry> = kept.campaign.release.iter().collect();
         let mut is_there = |wanted: &ReleaseEntry| {
             there

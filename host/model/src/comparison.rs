@@ -70,7 +70,7 @@ pub fn compare(comparison: &Comparison) -> Result<Revision> {
     }
     if comparison.model.is_some() && comparison.effects.is_empty() {
         let appraisal = if entries.is_empty() {
-            as_it_is(&model, &Data::of(&model, path)?)
+            as_it_is(&model, &Data::new(&model, path)?)
         } else {
             let read = |entry: RecordEntry| {
                 let file = Model::record_path(path, &entry);
@@ -93,7 +93,7 @@ pub fn compare(comparison: &Comparison) -> Result<Revision> {
         model.modal.retain(|c, _| entries.iter().any(|e| e.condition == *c));
         model.records = entries;
     }
-    let data = Data::of(&model, path)?;
+    let data = Data::new(&model, path)?;
     let model = data.seen(model);
     let (change, current) = on_top(&model, &data, &comparison.effects)?;
     if comparison.model.is_none() {

@@ -29,15 +29,15 @@ impl Recorded {
     /// Exit 3 where it cannot be read or there is no free decay in it.
     pub fn read(entry: RecordEntry, path: PathBuf) -> Result<Self> {
         let record = yawrig_records::read_selected(&path, &entry.reading)?;
-        Self::of(entry, &record, path)
+        Self::new(entry, &record, path)
     }
 
     /// What was read already, from `path`.
     ///
     /// # Errors
     /// Exit 3 where there is no free decay in it.
-    pub fn of(entry: RecordEntry, record: &Record, path: PathBuf) -> Result<Self> {
-        let mut decay = FreeDecay::of(record)?;
+    pub fn new(entry: RecordEntry, record: &Record, path: PathBuf) -> Result<Self> {
+        let mut decay = FreeDecay::from_record(record)?;
         decay.stop = interrupt::stop();
         let changed = records::changed(&entry, &path);
         let warnings = decay.warnings.iter().map(ToString::to_string);
@@ -79,7 +79,7 @@ impl Data {
     ///
     /// # Errors
     /// Exit 3 where one cannot be read or used, or none is to be fitted.
-    pub fn of(model: &Model, path: &Path) -> Result<Self> {
+    pub fn new(model: &Model, path: &Path) -> Result<Self> {
         let read = |entry: &RecordEntry| {
             interrupt::check()?;
             let file = Model::record_path(path, entry);
@@ -113,7 +113,7 @@ impl Data {
                 return Err(Error::usage(format!("{} is given twice", entry.file))
                     .help("give each record once, and a name of its own"));
             }
-            fitted.push(Recorded::of(entry, &record, record.file.clone())?);
+            fitted.push(Recorded::new(entry, &record, record.file.clone())?);
         }
         check_same(&fitted)?;
         Ok(Self { fitted, held_out: Vec::new() })

@@ -34,7 +34,7 @@ pub struct OfModel {
 pub fn of_model(campaign: &CampaignFile, model: &Path) -> Result<OfModel> {
     let text = read_text(model)?;
     let effects = Model::parse(&text, model)?.effects;
-    let journal = Journal::of(model)?;
+    let journal = Journal::new(model)?;
     journal.warn(model);
     let mut fitted = journal.steps.iter().rev().filter(|step| !step.modal.is_empty());
     let is_known = fitted.clone().next().is_some();

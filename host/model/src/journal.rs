@@ -167,7 +167,7 @@ impl Journal {
     ///
     /// # Errors
     /// Exit 3, naming the line: not readable, or not a journal of this program.
-    pub fn of(model: &Path) -> Result<Self> {
+    pub fn new(model: &Path) -> Result<Self> {
         let path = path_of(model);
         match disk::read(&path) {
             Ok(bytes) => Self::parse(&bytes, &path),

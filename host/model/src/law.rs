@@ -65,7 +65,7 @@ pub fn read(paths: &[PathBuf], reading: &Selection) -> Result<(Model, Data)> {
             (Model { records, ..Model::default() }, at)
         }
     };
-    let data = Data::of(&model, &at)?;
+    let data = Data::new(&model, &at)?;
     interrupt::check()?;
     Ok((model, data))
 }

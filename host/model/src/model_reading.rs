@@ -38,7 +38,7 @@ impl Model {
     pub fn read(path: &Path) -> Result<Self> {
         let text = read_text(path)?;
         // What is wrong with the journal is for those who read it for its own sake.
-        let steps = Journal::of(path).unwrap_or_default().steps;
+        let steps = Journal::new(path).unwrap_or_default().steps;
         Ok(edits::seen(Self::parse(&text, path)?, &text, path, &steps))
     }
 

@@ -67,7 +67,7 @@ pub fn plan(
     progress: &(dyn Fn(Option<usize>) + Sync),
 ) -> Result<Planned> {
     let (model, at, campaign) = read(path)?;
-    let data = Data::of(&model, &at)?;
+    let data = Data::new(&model, &at)?;
     let measurand = data.measurand();
     if !measurand.is_angle() {
         let what = format!(
@@ -300,7 +300,7 @@ fn possible(data: &Data, fit: &JointFit, can: &Can) -> Vec<Possible> {
 }
 
 fn narrowed(file: &CampaignFile, name: &str, of: Of) -> Result<Vec<Narrowed>> {
-    let progress = Progress::of(file.campaign.release.len(), "identifying");
+    let progress = Progress::new(file.campaign.release.len(), "identifying");
     let one = |index: usize| {
         interrupt::check()?;
         progress.one();

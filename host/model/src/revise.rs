@@ -119,7 +119,7 @@ pub(super) fn add_by(
 ) -> Result<Revision> {
     let (store, model) = opened(path)?;
     check(&model)?;
-    let data = Data::of(&model, path)?;
+    let data = Data::new(&model, path)?;
     let inner = Current::fitted(&model, &data)?;
     let (effect, outer) = adding(&inner, &data)?;
     data.check_seen(&effect)?;
@@ -205,7 +205,7 @@ pub fn remove(path: &Path, id: &str, asked: &RevisionRequest) -> Result<Revision
         };
         return Err(Error::usage(format!("{id} is not in {}", path.display())).help(help));
     };
-    let data = Data::of(&model, path)?;
+    let data = Data::new(&model, path)?;
     let outer = Current::fitted(&model, &data)?;
     let mut smaller = outer.model.clone();
     smaller.effects.retain(|e| e.effect != effect);

@@ -235,7 +235,7 @@ mod tests {
     }
 
     fn models(path: &Path) -> Vec<String> {
-        Journal::of(path).unwrap().steps.into_iter().map(|s| s.model).collect()
+        Journal::new(path).unwrap().steps.into_iter().map(|s| s.model).collect()
     }
 
     #[test]
@@ -267,7 +267,7 @@ mod tests {
         assert!(Store::open(&path).unwrap().is_edited());
         assert_eq!(take(&path, "b"), 4);
         assert_eq!(models(&path), ["from a colleague", "a", "by hand", "b"]);
-        assert_eq!(Journal::of(&path).unwrap().steps[2].action, Action::Edit);
+        assert_eq!(Journal::new(&path).unwrap().steps[2].action, Action::Edit);
     }
 
     /// Every state in which a crash can leave the three files.
@@ -346,7 +346,7 @@ mod tests {
         std::fs::write(path_of(&path), text.replacen("\"step\":2", "\"step\":null", 1)).unwrap();
         assert_eq!(take(&path, "d"), 4);
         assert_eq!(models(&path), ["a", "c", "d"]);
-        let journal = Journal::of(&path).unwrap();
+        let journal = Journal::new(&path).unwrap();
         assert_eq!(journal.damaged[0].line, 2);
         assert_eq!(journal.step(3).unwrap().model, "c");
         assert!(journal.step(2).unwrap_err().to_string().contains("cannot be read"));

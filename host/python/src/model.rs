@@ -18,7 +18,7 @@ pub fn all(py: Python<'_>, answer: &Arc<Answer>) -> PyResult<Vec<Model>> {
     let of = answer.clone();
     let courses = worked(py, On::OneThread, None, move |_| {
         let fits = of.fits()?;
-        let course = |(name, decay, model)| (name, Course::of(decay, model));
+        let course = |(name, decay, model)| (name, Course::new(decay, model));
         Ok(fits.into_iter().map(course).collect::<Vec<_>>())
     })?;
     let model = |(at, (name, course)): (usize, (String, Course))| {

@@ -93,11 +93,11 @@ pub fn spread(record: &mut Record) -> Result<(), String> {
             return Err(no_even());
         }
         let tick_s = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
-        Some(Even::of(time_s, tick_s, MAX_OFF).ok_or_else(no_even)?)
+        Some(Even::new(time_s, tick_s, MAX_OFF).ok_or_else(no_even)?)
     } else {
         let step_s = (time_s[time_s.len() - 1] - time_s[0]) / (time_s.len() as f64 - 1.0);
         let fine = decimal_tick_s(time_s).filter(|tick_s| *tick_s < FINE * step_s);
-        fine.and_then(|tick_s| Even::of(time_s, tick_s, ROUNDED_OFF))
+        fine.and_then(|tick_s| Even::new(time_s, tick_s, ROUNDED_OFF))
     };
     if let Some(Even { first_s, step_s, u_s, .. }) = even {
         record.time_s = (0..record.len()).map(|k| first_s + k as f64 * step_s).collect();
@@ -135,7 +135,7 @@ struct Even {
 impl Even {
     /// Of a clock that ticks every `tick_s`, from whose stamps no sample is farther than `most_off` ticks;
     /// none either where the stamps are even as they are.
-    fn of(time_s: &[f64], tick_s: f64, most_off: f64) -> Option<Self> {
+    fn new(time_s: &[f64], tick_s: f64, most_off: f64) -> Option<Self> {
         let last = (time_s.len() - 1) as f64;
         let chord_s = (time_s[time_s.len() - 1] - time_s[0]) / last;
         // Only the first and the last sample of a stamp bind its clock.

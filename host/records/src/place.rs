@@ -33,7 +33,7 @@ impl fmt::Display for Part {
 }
 
 impl Part {
-    fn of(text: &str) -> Option<Self> {
+    fn new(text: &str) -> Option<Self> {
         let Some((from, to)) = text.split_once("..") else {
             return text.parse().ok().filter(|n| *n > 0).map(Self::Release);
         };
@@ -53,7 +53,7 @@ pub fn parted(named: &Path) -> (PathBuf, Option<Part>) {
             return None;
         }
         let (file, part) = named.to_str()?.rsplit_once('#')?;
-        Some((PathBuf::from(file), Some(Part::of(part)?)))
+        Some((PathBuf::from(file), Some(Part::new(part)?)))
     };
     part().unwrap_or_else(|| (named.to_owned(), None))
 }

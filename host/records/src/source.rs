@@ -41,7 +41,7 @@ pub struct Content {
 }
 
 impl Content {
-    fn of(bytes: &[u8]) -> Self {
+    fn new(bytes: &[u8]) -> Self {
         Self { bytes: bytes.len(), crc32: format!("{:08x}", crc32(bytes)) }
     }
 }
@@ -73,7 +73,7 @@ pub(super) fn read(file: &Path) -> Result<(Format, Bytes)> {
     // What changes while it is read is taken as it was before, and so read again.
     if let Some(stamp) = stamp(file) {
         let (format, bytes) = read_now(file)?;
-        contents().insert(file.to_owned(), (stamp, Content::of(&bytes)));
+        contents().insert(file.to_owned(), (stamp, Content::new(&bytes)));
         return Ok((format, bytes));
     }
     let mut taken_in = taken_in();
@@ -152,11 +152,11 @@ fn cannot_read(shown: &Path, why: &dyn Display) -> Error {
 /// where it cannot be read, or gives its bytes only once and has not yet.
 pub fn content(file: &Path) -> Option<Content> {
     let (file, _) = place::parted(file);
-    let Some(stamp) = stamp(&file) else { return taken_in().get(&file).map(|b| Content::of(b)) };
+    let Some(stamp) = stamp(&file) else { return taken_in().get(&file).map(|b| Content::new(b)) };
     let known = contents().get(&file).cloned();
     match known.filter(|(known, _)| *known == stamp) {
         Some((_, content)) => Some(content),
-        None => Some(Content::of(&disk::read(&file).ok()?)),
+        None => Some(Content::new(&disk::read(&file).ok()?)),
     }
 }
 
@@ -171,7 +171,7 @@ pub fn holds(file: &Path, was: &Content) -> bool {
 pub fn content_when_read(file: &Path) -> Option<Content> {
     let (file, _) = place::parted(file);
     let read = contents().get(&file).map(|(_, content)| content.clone());
-    read.or_else(|| taken_in().get(&file).map(|bytes| Content::of(bytes)))
+    read.or_else(|| taken_in().get(&file).map(|bytes| Content::new(bytes)))
 }
 
 /// None of what gives its bytes only once.
@@ -199,7 +199,7 @@ mod tests {
     fn what_was_in_a_file_is_said_of_the_bytes_that_were_read() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("r.csv");
-        let of = |bytes: &str| Some(Content::of(bytes.as_bytes()));
+        let of = |bytes: &str| Some(Content::new(bytes.as_bytes()));
         std::fs::write(&file, "one").unwrap();
         assert_eq!((content(&file), content_when_read(&file)), (of("one"), None));
         assert_eq!(read(&file).unwrap().1, "one");

@@ -168,7 +168,7 @@ pub struct SourceFile {
 impl SourceFile {
     /// # Errors
     /// Exit 3 where it cannot be read.
-    pub fn of(file: &Path) -> Result<Self> {
+    pub fn new(file: &Path) -> Result<Self> {
         let content = content_when_read(file).or_else(|| content(file)).ok_or_else(|| {
             Error::data(format!("cannot read {}", file.display()))
                 .help("see to it that you may read it")

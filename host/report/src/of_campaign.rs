@@ -59,7 +59,7 @@ pub fn of_campaign(path: &Path, also: &Also, made: Made) -> Result<Report> {
         SettingRow::new("spring arm", campaign.rig.spring_arm_m, "m"),
         SettingRow::new("axis offset", campaign.rig.axis_offset_m, "m"),
     ]);
-    report.sources.push(SourceFile::of(path)?);
+    report.sources.push(SourceFile::new(path)?);
     let inertia = [(Axis::Mid, table.inertia_kg_m2.mid), (Axis::Front, table.inertia_kg_m2.front)];
     report.inertia_kg_m2 = inertia.into_iter().filter_map(|(a, q)| Some((a, q?))).collect();
     report.points = table.points.iter().map(PointReport::from).collect();
@@ -79,7 +79,7 @@ pub fn of_campaign(path: &Path, also: &Also, made: Made) -> Result<Report> {
     report.criticism = Some(criticism(&diagnosed));
     for index in 0..count {
         interrupt::check()?;
-        report.sources.push(SourceFile::of(&file.record_path(index))?);
+        report.sources.push(SourceFile::new(&file.record_path(index))?);
         report.releases.push(release(&file, options, &diagnosed, &table, index)?);
     }
     Ok(report)

@@ -24,14 +24,14 @@ use yawrig_model::model_fit::{held_against, Data, Recorded};
 /// Exit 3 where the model, its journal or a record cannot be read, or the model is not fitted yet.
 pub fn of_model(path: &Path, made: Made) -> Result<Report> {
     let model = Model::read(path)?;
-    let data = Data::of(&model, path)?;
-    let journal = Journal::of(path)?;
+    let data = Data::new(&model, path)?;
+    let journal = Journal::new(path)?;
     let appraisal =
         compare(&Comparison { model: Some(path.to_owned()), ..Comparison::default() })?.appraisal;
     let mut report = Report::new(Kind::Model, path.display().to_string(), made);
     let zero = if model.unknown_zero { "unknown, fitted" } else { "known" };
     report.settings.push(SettingRow::new("sensor's zero", zero, ""));
-    report.sources.push(SourceFile::of(path)?);
+    report.sources.push(SourceFile::new(path)?);
     let names = appraisal.effects.iter().map(|e| e.id()).collect::<Vec<_>>().join(", ");
     let r = appraisal.residuals;
     report.verdict = format!(
@@ -53,7 +53,7 @@ pub fn of_model(path: &Path, made: Made) -> Result<Report> {
         interrupt::check()?;
         let decay = &recorded.decay;
         let record = yawrig_records::read_selected(&recorded.path, &recorded.entry.reading)?;
-        report.sources.push(SourceFile::of(&recorded.path)?);
+        report.sources.push(SourceFile::new(&recorded.path)?);
         let fit = known(&model, recorded, &held_against(&model, recorded, 1.0)?);
         let plain = fit_plain(decay, model.unknown_zero, decay.yaw_rad.len());
         let with = with_effects(&fit);

@@ -59,7 +59,7 @@ pub fn of_records(
         interrupt::check()?;
         yawrig_base::say!("judging {}", file.display());
         let record = yawrig_records::read_selected(file, reading)?;
-        report.sources.push(SourceFile::of(file)?);
+        report.sources.push(SourceFile::new(file)?);
         let methods = [Method::LeastSquares, Method::Conventional, Method::Network];
         let identified = identify(&record, &methods, settings)?;
         let diagnosed = diagnose(from_ref(&record), &Grouping::default(), options)?;

@@ -44,7 +44,7 @@ impl Loaded {
         wind_speed_m_s: f64,
     ) -> Result<Self> {
         let record = yawrig_records::read_selected(path, reading)?;
-        let mut decay = FreeDecay::of(&record);
+        let mut decay = FreeDecay::from_record(&record);
         if let Ok(decay) = &mut decay {
             decay.wind_speed_m_s = wind_speed_m_s;
         }
@@ -71,7 +71,7 @@ pub struct Curves {
 }
 
 impl Curves {
-    fn of(decay: &FreeDecay, fitted: &Fitted) -> Self {
+    fn new(decay: &FreeDecay, fitted: &Fitted) -> Self {
         let grid = decay.grid;
         let finer = FINER.min(decay.block.max(1));
         let fine = Grid {
@@ -104,7 +104,7 @@ pub struct States {
 const MAX_STATES: usize = 2000;
 
 impl States {
-    fn of(decay: &FreeDecay, fitted: &Fitted) -> Self {
+    fn new(decay: &FreeDecay, fitted: &Fitted) -> Self {
         let (yaw, rate) = fitted.motion().of_angle().readings_and_rates(&decay.grid);
         let every = yaw.len().div_ceil(MAX_STATES).max(1);
         let chosen = || (0..yaw.len()).step_by(every);
@@ -138,7 +138,7 @@ impl View {
     ///
     /// # Errors
     /// Exit 3 where the model has no values yet, 130 where the work is stopped.
-    pub fn of(model: Option<&Model>, recorded: Recorded, unknown_zero: bool) -> Result<Self> {
+    pub fn new(model: Option<&Model>, recorded: Recorded, unknown_zero: bool) -> Result<Self> {
         let Some(model) = model else { return Self::second_order(recorded.decay, unknown_zero) };
         let fitted = held_against(model, &recorded, 1.0)?;
         interrupt::check()?;
@@ -166,8 +166,8 @@ impl View {
             known.unwrap_or_else(|| [fitted.natural_frequency_rad_s(), fitted.damping_ratio()]);
         Self {
             modal: Modal { natural_frequency_rad_s, damping_ratio },
-            curves: Curves::of(&decay, &fitted),
-            states: States::of(&decay, &fitted),
+            curves: Curves::new(&decay, &fitted),
+            states: States::new(&decay, &fitted),
             picture: amplitude::picture(&decay, &[(name, &fitted)]),
             where_: locate(&decay, &fitted),
             over_noise: fitted.over_noise(&decay),
@@ -203,7 +203,7 @@ pub struct Ghost {
 impl Ghost {
     /// `fitted` is the present model with the effect, `without` the present model, both fitted to this free
     /// decay.
-    pub fn of(decay: &FreeDecay, without: &Fitted, fitted: Fitted, effect: &Effect) -> Self {
+    pub fn new(decay: &FreeDecay, without: &Fitted, fitted: Fitted, effect: &Effect) -> Self {
         Self::named(decay, without, fitted, effect.id(), effect.id())
     }
 
@@ -227,7 +227,7 @@ impl Ghost {
         let of = |effect: &&Effect| {
             let is_its = |single: &&Fitted| single.structure.effects.last() == Some(*effect);
             let single = diagnosed.singles.iter().find(is_its)?;
-            Some(Self::of(&diagnosed.decays[0], present, single.clone(), effect))
+            Some(Self::new(&diagnosed.decays[0], present, single.clone(), effect))
         };
         let mut all: Vec<Self> = best.par_iter().filter_map(of).collect();
         all.extend(Self::of_diagnosis(diagnosed));
@@ -238,7 +238,7 @@ impl Ghost {
         Self {
             name: name.to_owned(),
             title: title.to_owned(),
-            curves: Curves::of(decay, &fitted),
+            curves: Curves::new(decay, &fitted),
             picture: amplitude::picture(decay, &[(name, &fitted)]),
             where_: locate(decay, &fitted),
             over_noise: fitted.over_noise(decay),
@@ -263,7 +263,7 @@ impl Ghost {
         let without = search::present(decay, options)?;
         let fitted = fit_added(decay, &without, effect);
         yawrig_base::interrupt::check()?;
-        Ok(Self::of(decay, &without, fitted, effect))
+        Ok(Self::new(decay, &without, fitted, effect))
     }
 }
 

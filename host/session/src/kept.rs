@@ -31,7 +31,7 @@ pub struct Kept {
 }
 
 impl Kept {
-    pub fn of(session: &Session) -> Self {
+    pub fn new(session: &Session) -> Self {
         let release = |r: &ListedRelease| KeptRelease {
             file: r.source.origin.clone(),
             between_s: (r.source.path != r.source.origin).then(|| opened::times_of(&r.source.path)),

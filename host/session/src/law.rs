@@ -38,7 +38,7 @@ pub fn measure(bench: &Bench, model: &Model, path: &Path, dissipative: bool) -> 
         bench.session().shown_law = law.map(Arc::new);
         bench.tell(&json!({"kind": "law"}));
     };
-    let data = Data::of(model, path)?;
+    let data = Data::new(model, path)?;
     let file = largest(&data).path.clone();
     let law = |curve, measured: Option<&Measured>, found| {
         let (about, file) = (about(model), file.clone());

@@ -33,7 +33,7 @@ struct Taken {
 }
 
 impl Taken {
-    fn of(session: &Session) -> Self {
+    fn new(session: &Session) -> Self {
         Self {
             path: session.model_path.clone(),
             standing: session.standing.clone(),
@@ -108,7 +108,7 @@ pub fn run(bench: &Bench, job: &Job) -> Result<String> {
     ) {
         leave_out_bad(bench)?;
     }
-    let taken = Taken::of(&bench.session());
+    let taken = Taken::new(&bench.session());
     let named = |id: &str| bench.session().effect(id);
     match job {
         Job::Fit => taken.fit().map(|r| said("fitted", &r)),
@@ -312,7 +312,7 @@ pub fn make_view(bench: &Bench, id: usize) {
         .loaded()
         .map_err(Clone::clone)
         .and_then(|loaded| loaded.recorded(&release.entry))
-        .and_then(|recorded| View::of(standing.model.as_deref(), recorded, unknown_zero));
+        .and_then(|recorded| View::new(standing.model.as_deref(), recorded, unknown_zero));
     if made.as_ref().is_err_and(|e| e.exit == yawrig_base::error::Exit::Interrupted) {
         return;
     }

@@ -196,7 +196,7 @@ pub struct Miss {
 
 impl Miss {
     /// Of pairs of estimate and truth; infinite without any.
-    pub fn of(pairs: impl Iterator<Item = (f64, f64)>) -> Self {
+    pub fn new(pairs: impl Iterator<Item = (f64, f64)>) -> Self {
         let mut all: Vec<f64> =
             pairs.map(|(estimate, truth)| (estimate / truth - 1.0).abs()).collect();
         all.sort_by(f64::total_cmp);
@@ -216,7 +216,7 @@ impl Miss {
 /// Misses of Cn_beta and of Cn_r.
 pub fn misses(points: &[(Point, Truth)]) -> [Miss; 2] {
     [
-        Miss::of(points.iter().map(|(p, truth)| (p.cn_beta.value, truth.cn_beta))),
-        Miss::of(points.iter().map(|(p, truth)| (p.cn_r.value, truth.cn_r))),
+        Miss::new(points.iter().map(|(p, truth)| (p.cn_beta.value, truth.cn_beta))),
+        Miss::new(points.iter().map(|(p, truth)| (p.cn_r.value, truth.cn_r))),
     ]
 }

@@ -93,7 +93,7 @@ pub struct Errors {
 }
 
 impl Errors {
-    fn of(pairs: &[(Pair, Pair, Pair)]) -> Option<Self> {
+    fn new(pairs: &[(Pair, Pair, Pair)]) -> Option<Self> {
         let n = pairs.len() as f64;
         let rms = |error: &dyn Fn(&(Pair, Pair, Pair)) -> f64| {
             (pairs.iter().map(|p| error(p).powi(2)).sum::<f64>() / n).sqrt()
@@ -145,7 +145,7 @@ pub fn reveal(folder: &Path, target: &Target, progress: &mut dyn Progress) -> Re
     let errors = |before: fn(&RevealedRelease) -> Pair,
                   after: fn(&RevealedRelease) -> Option<Pair>| {
         let of = |r: &RevealedRelease| Some((r.truth, before(r), after(r)?));
-        Errors::of(&releases.iter().filter_map(of).collect::<Vec<_>>())
+        Errors::new(&releases.iter().filter_map(of).collect::<Vec<_>>())
     };
     Ok(Revealed {
         schema_version: SCHEMA_VERSION,

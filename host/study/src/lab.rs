@@ -82,7 +82,7 @@ struct Map {
 
 impl Map {
     /// Brings what lies between the least and the largest to -1 to 1.
-    fn of(values: impl Iterator<Item = f64>) -> Self {
+    fn new(values: impl Iterator<Item = f64>) -> Self {
         let (low, high) = values.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
         Self { offset: 0.5 * (low + high), gain: 2.0 / (high - low) }
     }
@@ -107,13 +107,13 @@ struct Scaling {
 }
 
 impl Scaling {
-    fn of(draws: &Draws, own_last: bool) -> Self {
+    fn new(draws: &Draws, own_last: bool) -> Self {
         let d = draws.d;
         let shape = if own_last { d - 1 } else { d };
         let largest =
             draws.each().flat_map(|(row, _)| &row[..shape]).fold(0.0, |m: f64, x| m.max(x.abs()));
-        let last = own_last.then(|| Map::of(draws.each().map(|(row, _)| row[d - 1])));
-        let outputs = [0, 1].map(|o| Map::of(draws.truth.iter().map(|t| t[o])));
+        let last = own_last.then(|| Map::new(draws.each().map(|(row, _)| row[d - 1])));
+        let outputs = [0, 1].map(|o| Map::new(draws.truth.iter().map(|t| t[o])));
         Self { d, shape_gain: 1.0 / largest, last, outputs }
     }
 
@@ -146,11 +146,11 @@ impl Progress for UntilInterrupted {
 /// 130 where the user stops it, 6 where the training comes to nothing.
 pub fn fit(draws: &Draws, spec: &Spec) -> Result<Fit> {
     let failed = |why: &str| Error::new(Exit::Quality, format!("training failed: {why}"));
-    let scaling = Scaling::of(draws, spec.own_last);
+    let scaling = Scaling::new(draws, spec.own_last);
     let mut inputs = scaling.inputs(&draws.rows);
     let mut projection = None;
     if let Some((count, scale)) = spec.components {
-        let found = Projection::of(&inputs, draws.d, count, scale)
+        let found = Projection::new(&inputs, draws.d, count, scale)
             .ok_or_else(|| failed(&format!("the inputs have no {count} principal components")))?;
         inputs = found.apply(&inputs);
         projection = Some(found);
@@ -210,7 +210,7 @@ impl Fit {
     }
 
     pub fn errors(&self, draws: &Draws) -> Errors {
-        Errors::of(&self.pairs(draws))
+        Errors::new(&self.pairs(draws))
     }
 
     /// Sum of squared errors over the training set in scaled units: the thesis's SSE.

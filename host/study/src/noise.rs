@@ -279,7 +279,7 @@ fn own_features(setting: &StudySetting<'_>) -> Result<(Table, String)> {
         let gamma = format!("{:.0}", fit.trained.gamma);
         row(format!("41-6-2, set {}", i + 1), &fit.errors(&test), gamma);
     }
-    let ensemble = Errors::of(&of_mean);
+    let ensemble = Errors::new(&of_mean);
     row(format!("mean of these {ENSEMBLE}"), &ensemble, NOT_GIVEN.into());
     for (name, limit) in [("limit of the whole record", whole), ("limit of 40 points", forty)] {
         table.row([

@@ -24,7 +24,7 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
         .map(|&n| (&train, Spec { components: Some((n, Scale::Each)), ..spec.clone() }))
         .collect();
     let fits = setting.fit_all("pca-components", &jobs)?;
-    let projection = Projection::of(&train.rows, train.d, 60, Scale::Each)
+    let projection = Projection::new(&train.rows, train.d, 60, Scale::Each)
         .ok_or_else(|| Error::internal("the records have no sixty components"))?;
     let mut table = Table::new(
         format!(
@@ -68,7 +68,7 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
     let to_80 = (1..=60).find(|n| projection.explained(*n) >= 0.8).unwrap_or(60);
     // Fig 5.13 ends at 0.04: lightly damped records may have had a larger share.
     let lighter = WholeRecord { small_damping_share: 0.5, ..kind }.draw(setting.draws(1000), 21);
-    let lighter = Projection::of(&lighter.rows, lighter.d, 32, Scale::Each)
+    let lighter = Projection::new(&lighter.rows, lighter.d, 32, Scale::Each)
         .ok_or_else(|| Error::internal("the records have no 32 components"))?;
     let findings = vec![
         format!(

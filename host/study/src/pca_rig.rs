@@ -156,7 +156,7 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
 /// Errors of wn and zeta in percent.
 fn against_least_squares(way: &Way, fit: &Fit, r: &Releases, which: usize) -> Option<[f64; 2]> {
     let record = &r.records[which];
-    let eight = EightSeconds::of(record, way.cut)?;
+    let eight = EightSeconds::new(record, way.cut)?;
     let reference = eight.least_squares(record, r.truth.damped_frequency_rad_s())?;
     let found = fit.estimate(&eight.row(record, way.kind.means, way.kind.by_rms));
     Some([0, 1].map(|k| 100.0 * (found[k] / reference[k] - 1.0).abs()))
@@ -193,13 +193,13 @@ fn columns<'a>(ways: &'a [Way], whole: &'a [Fit], three: &'a [Fit]) -> Vec<Colum
     let by_record = move |at: usize, r: &Releases| {
         let record = &r.records[1];
         let way = &ways[at];
-        let eight = EightSeconds::of(record, way.cut)?;
+        let eight = EightSeconds::new(record, way.cut)?;
         let found = whole[at].estimate(&eight.row(record, way.kind.means, way.kind.by_rms));
         Some(Modal { natural_frequency_rad_s: found[0], damping_ratio: found[1] })
     };
     let least_squares = |r: &Releases| {
         let record = &r.records[1];
-        let eight = EightSeconds::of(record, Cut::Crossing)?;
+        let eight = EightSeconds::new(record, Cut::Crossing)?;
         let found = eight.least_squares(record, r.truth.damped_frequency_rad_s())?;
         Some(Modal { natural_frequency_rad_s: found[0], damping_ratio: found[1] })
     };

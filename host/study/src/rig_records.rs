@@ -89,7 +89,7 @@ pub struct EightSeconds {
 
 impl EightSeconds {
     /// `None` where the record is too short.
-    pub fn of(record: &Record, cut: Cut) -> Option<Self> {
+    pub fn new(record: &Record, cut: Cut) -> Option<Self> {
         let rate_hz = f64::from(SAMPLE_RATE_HZ);
         let found = match cut {
             Cut::Release => Self { start: HOLD_S * rate_hz, sign: 1.0 },

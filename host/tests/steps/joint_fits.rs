@@ -15,7 +15,7 @@ fn rubbing(seed: u64) -> Vec<FreeDecay> {
     let springs = &["K3"];
     let wanted =
         Wanted { springs, repeats: 2, seconds: 20.0, hidden: &hidden, seed, ..Wanted::default() };
-    planted(&wanted).1.iter().map(|record| FreeDecay::of(record).unwrap()).collect()
+    planted(&wanted).1.iter().map(|record| FreeDecay::from_record(record).unwrap()).collect()
 }
 
 #[test]

@@ -25,7 +25,7 @@ fn samples(draws: &Draws, scaling: &Scaling) -> Samples {
 /// A training set and a test set of the same noise, scaled alike.
 fn sets(n: usize, noise: f64) -> (Samples, Samples) {
     let draws = draw(n, noise, TRAIN_SEED);
-    let scaling = Scaling::of(&draws);
+    let scaling = Scaling::new(&draws);
     (samples(&draws, &scaling), samples(&draw(TEST_DRAWS, noise, TEST_SEED), &scaling))
 }
 
@@ -316,7 +316,7 @@ fn a_bad_start_recovers() {
 fn targets_that_are_only_noise_leave_no_effective_parameters() {
     let (mut set, _) = sets(400, 0.0);
     let noise = draw(400, 0.0, 99);
-    set.targets = Scaling::of(&noise).targets(&noise);
+    set.targets = Scaling::new(&noise).targets(&noise);
     let trained = train(&set, &Options::default(), &mut Silent).unwrap();
     println!(
         "targets unrelated to the inputs: gamma {:.1}, alpha {:.1e}, {:?} after {} epochs, {:?}",

@@ -38,7 +38,7 @@ fn every_effect_is_the_same_motion_in_both() {
             damping_ratio: ZETA,
             yaw_rad: RELEASE_DEG.to_radians(),
             rate_rad_s: 0.0,
-            terms: Terms::of([(effect.clone(), &values[..])]),
+            terms: Terms::new([(effect.clone(), &values[..])]),
         };
         let grid =
             Grid { start_s: 0.0, step_s: 1.0 / RATE_HZ, count: rig.len(), mean_width_s: 0.0 };

@@ -47,7 +47,7 @@ pub struct Draw {
 }
 
 impl Draw {
-    fn of(features: Features, modal: &Modal, numbers: Vec<f64>) -> Self {
+    fn new(features: Features, modal: &Modal, numbers: Vec<f64>) -> Self {
         let Modal { natural_frequency_rad_s, damping_ratio } = *modal;
         Self { features, natural_frequency_rad_s, damping_ratio, numbers }
     }
@@ -139,7 +139,7 @@ fn one(ranges: &Ranges, kind: FeatureKind, random: &mut ChaCha8Rng) -> Option<Dr
         offset_deg + START_DEG * swing
     });
     let features = first_window(readings, START_DEG, noise, kind, random)?;
-    Some(Draw::of(features, &modal, Vec::new()))
+    Some(Draw::new(features, &modal, Vec::new()))
 }
 
 /// A window of a model with effects.
@@ -158,7 +158,7 @@ fn augmented(
     let features = first_window(readings, swing.amplitude_deg, noise, kind, random)?;
     let [low, high] = augmented::KEPT_DEG;
     let kept = (low..high).contains(&f64::from(features.amplitude_deg));
-    kept.then(|| Draw::of(features, &modal, numbers))
+    kept.then(|| Draw::new(features, &modal, numbers))
 }
 
 /// The features of the first window the device finds in these readings, deg, once they have noise.

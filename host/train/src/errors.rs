@@ -19,7 +19,7 @@ pub struct Errors {
 
 impl Errors {
     /// Of pairs of estimate and truth, each natural frequency in rad/s, then damping ratio.
-    pub fn of(pairs: &[([f64; 2], [f64; 2])]) -> Self {
+    pub fn new(pairs: &[([f64; 2], [f64; 2])]) -> Self {
         let count = pairs.len().max(1) as f64;
         let mse = |k: usize| pairs.iter().map(|(e, t)| (e[k] - t[k]).powi(2)).sum::<f64>() / count;
         let shares = |k: usize| {
@@ -53,7 +53,7 @@ pub struct NumberErrors {
 
 impl NumberErrors {
     /// Of windows' amplitudes, deg, and errors.
-    pub fn of(errors: &[(f64, f64)]) -> Self {
+    pub fn new(errors: &[(f64, f64)]) -> Self {
         let mean_square = errors.iter().map(|(_, e)| e * e).sum::<f64>() / errors.len() as f64;
         // What is as good as none has no logarithm.
         let least = f64::MIN_POSITIVE.max(1e-9 * mean_square.sqrt());
@@ -87,7 +87,7 @@ mod tests {
                         * (-1.0_f64).powi(k),
                 )
             };
-            let found = NumberErrors::of(&(0..270).map(error).collect::<Vec<_>>());
+            let found = NumberErrors::new(&(0..270).map(error).collect::<Vec<_>>());
             assert!((found.amplitude_power - power).abs() < 0.1, "{power} {found:?}");
         }
     }

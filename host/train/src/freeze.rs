@@ -22,7 +22,7 @@ pub struct Scaling {
 impl Scaling {
     /// Brings the draws' features and the ranges' targets to -1 to 1; with the `amplitude` as one
     /// more input, or without.
-    pub fn of<'a>(
+    pub fn new<'a>(
         draws: &[Draw],
         ranges: &Ranges,
         asked: impl Iterator<Item = &'a Asked>,
@@ -167,7 +167,7 @@ pub fn errors(network: &Network, draws: &[Draw]) -> Errors {
         let found = [found.natural_frequency_rad_s, found.damping_ratio].map(f64::from);
         (found, [draw.natural_frequency_rad_s, draw.damping_ratio])
     };
-    Errors::of(&draws.iter().map(pair).collect::<Vec<_>>())
+    Errors::new(&draws.iter().map(pair).collect::<Vec<_>>())
 }
 
 /// The same for the numbers of effects, one after the other.
@@ -181,7 +181,7 @@ pub fn number_errors(network: &Network, draws: &[Draw]) -> Vec<NumberErrors> {
             let off = f64::from(found[number]) - draw.numbers[number];
             (f64::from(draw.features.amplitude_deg), off)
         };
-        NumberErrors::of(&draws.iter().zip(&found).map(error).collect::<Vec<_>>())
+        NumberErrors::new(&draws.iter().zip(&found).map(error).collect::<Vec<_>>())
     };
     (0..network.numbers.len()).map(of).collect()
 }

@@ -110,7 +110,7 @@ fn from(
         |ranges: &Ranges, count, seed| draw(ranges, settings.features, model, count, seed);
     let draws = windows(&settings.ranges, settings.samples, seed)?;
     let asked: Vec<Asked> = model.into_iter().flat_map(Augmented::asked).cloned().collect();
-    let scaling = Scaling::of(&draws, &settings.ranges, asked.iter(), settings.amplitude);
+    let scaling = Scaling::new(&draws, &settings.ranges, asked.iter(), settings.amplitude);
     let projection = match settings.components {
         None => None,
         Some(count) => Some(projection(&scaling.inputs(&draws), draws.len(), count)?),
@@ -223,7 +223,7 @@ fn tells(told: &Told) -> Result<()> {
 
 /// Components of these row-major inputs.
 fn projection(inputs: &[f64], rows: usize, count: usize) -> Result<Projection> {
-    Projection::of(inputs, inputs.len() / rows, count, pca::Scale::Common).ok_or_else(|| {
+    Projection::new(inputs, inputs.len() / rows, count, pca::Scale::Common).ok_or_else(|| {
         Error::usage(format!(
             "{}: the training windows have no {count} components",
             settings::given("features", &format!("pca:{count}"))

@@ -39,7 +39,7 @@ impl Projection {
     ///
     /// `None` where there are fewer than two rows, `count` is zero or more than `d`, or a component does
     /// not vary.
-    pub fn of(inputs: &[f64], d: usize, count: usize, scale: Scale) -> Option<Self> {
+    pub fn new(inputs: &[f64], d: usize, count: usize, scale: Scale) -> Option<Self> {
         let n = inputs.len() / d;
         if n < 2 || count == 0 || count > d {
             return None;
@@ -137,7 +137,7 @@ mod tests {
 
     #[test]
     fn finds_the_axes_of_a_plane_with_the_larger_entry_positive() {
-        let projection = Projection::of(&plane(), 3, 2, Scale::Common).unwrap();
+        let projection = Projection::new(&plane(), 3, 2, Scale::Common).unwrap();
         let expected = [[2.0, -2.0, 1.0], [1.0, 2.0, 2.0]];
         for (c, axis) in expected.iter().enumerate() {
             // The two directions are only nearly uncorrelated in these 200 rows.
@@ -158,7 +158,7 @@ mod tests {
     #[test]
     fn components_are_uncorrelated_and_scaled() {
         for scale in [Scale::Common, Scale::Each] {
-            let projection = Projection::of(&plane(), 3, 2, scale).unwrap();
+            let projection = Projection::new(&plane(), 3, 2, scale).unwrap();
             let values = projection.apply(&plane());
             assert!(values.iter().all(|v| v.abs() <= 1.0 + 1e-12));
             let mean = |c: usize| values.iter().skip(c).step_by(2).sum::<f64>() / 200.0;
@@ -172,7 +172,7 @@ mod tests {
     fn its_layer_gives_the_same_components() {
         for scale in [Scale::Common, Scale::Each] {
             let inputs = plane();
-            let projection = Projection::of(&inputs, 3, 2, scale).unwrap();
+            let projection = Projection::new(&inputs, 3, 2, scale).unwrap();
             let layer = projection.layer();
             for row in inputs.chunks_exact(3) {
                 let projected = projection.apply(row);
@@ -185,9 +185,9 @@ mod tests {
 
     #[test]
     fn refuses_what_has_no_such_components() {
-        assert_eq!(Projection::of(&plane(), 3, 4, Scale::Common), None);
-        assert_eq!(Projection::of(&plane(), 3, 0, Scale::Common), None);
-        assert_eq!(Projection::of(&[1.0, 2.0, 3.0], 3, 1, Scale::Common), None);
-        assert_eq!(Projection::of(&[1.0; 30], 3, 1, Scale::Each), None);
+        assert_eq!(Projection::new(&plane(), 3, 4, Scale::Common), None);
+        assert_eq!(Projection::new(&plane(), 3, 0, Scale::Common), None);
+        assert_eq!(Projection::new(&[1.0, 2.0, 3.0], 3, 1, Scale::Common), None);
+        assert_eq!(Projection::new(&[1.0; 30], 3, 1, Scale::Each), None);
     }
 }

@@ -52,7 +52,7 @@ pub struct OfRecord {
 
 impl OfRecord {
     /// Of a model's record.
-    pub fn of(recorded: Recorded, model: Fitted) -> Self {
+    pub fn new(recorded: Recorded, model: Fitted) -> Self {
         Self { name: recorded.entry.file, decay: recorded.decay, model }
     }
 }
@@ -164,7 +164,7 @@ impl Answer {
 
 /// The second-order model with these values; the record's own initial state is fitted.
 fn held(record: &Record, [natural_frequency_rad_s, damping_ratio]: [f64; 2]) -> Result<OfRecord> {
-    let decay = FreeDecay::of(record)?;
+    let decay = FreeDecay::from_record(record)?;
     let fixed = |number, value| Limit { number, low: value, high: value };
     let structure = Structure {
         limits: vec![

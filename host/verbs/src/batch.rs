@@ -49,7 +49,7 @@ pub struct Source {
 }
 
 impl Source {
-    fn of(Content { bytes, crc32 }: Content, options: &str) -> Self {
+    fn new(Content { bytes, crc32 }: Content, options: &str) -> Self {
         Self { crc32, bytes, options: options.to_owned(), program: PROGRAM.to_owned() }
     }
 
@@ -227,7 +227,7 @@ pub fn to_log(
             let (log, tally) = &mut *state.lock().unwrap_or_else(|e| e.into_inner());
             tally.count(&answer);
             let content = yawrig_records::content_when_read(file);
-            let of = content.map(|content| Source::of(content, &options));
+            let of = content.map(|content| Source::new(content, &options));
             let line = Line { schema_version: SCHEMA_VERSION, of, answer };
             log.write_all(text(&line)?.as_bytes()).map_err(|e| files::cannot_write(out, &e))?;
         }

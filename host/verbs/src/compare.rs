@@ -144,7 +144,7 @@ impl Compare {
             a.residuals.residual_over_noise, a.residuals.held_out_over_noise
         );
         let both = recorded.into_iter().zip(fits);
-        let fitted = both.map(|(recorded, model)| OfRecord::of(recorded, model)).collect();
+        let fitted = both.map(|(recorded, model)| OfRecord::new(recorded, model)).collect();
         let revision = revised(model.as_deref(), &revision);
         let object = Object { revision, commands: Vec::new() };
         Ok(Answer::new(&object, sentence)?.drawn_from(Drawn::Fitted(fitted)))

@@ -24,7 +24,7 @@ pub struct Course {
 
 impl Course {
     /// Of `model`, fitted to `decay`.
-    pub fn of(decay: &FreeDecay, model: &Fitted) -> Self {
+    pub fn new(decay: &FreeDecay, model: &Fitted) -> Self {
         let motion = model.motion();
         let mut course = Self {
             state: motion.state(decay.grid.start_s),

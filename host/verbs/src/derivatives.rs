@@ -134,7 +134,7 @@ impl Derivatives {
 
     fn reported(&self, file: &CampaignFile, table: Table) -> Result<Reported> {
         let transfer = self.transfer.transfer;
-        let transfers = transfer.then(|| Transfers::of(file, &table)).transpose()?;
+        let transfers = transfer.then(|| Transfers::new(file, &table)).transpose()?;
         Ok(Reported { table, transfers, dimensionless: BTreeMap::new() })
     }
 

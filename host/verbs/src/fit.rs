@@ -42,7 +42,7 @@ impl Fit {
     pub fn answer(&self, command: String) -> Result<Answer> {
         let asked = RevisionRequest { command, ..RevisionRequest::default() };
         let (revision, fits) = revise::fit_with_models(&self.model.model, &self.wanted()?, &asked)?;
-        let fitted = fits.into_iter().map(|(recorded, model)| OfRecord::of(recorded, model));
+        let fitted = fits.into_iter().map(|(recorded, model)| OfRecord::new(recorded, model));
         let answer = answered(&self.model.model, &revision)?;
         Ok(answer.drawn_from(Drawn::Fitted(fitted.collect())))
     }

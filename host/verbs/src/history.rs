@@ -92,7 +92,7 @@ impl History {
             let step = unfitted::return_to(path, number, asked)?;
             yawrig_base::say!("{}: step {} returns to step {number}", path.display(), step.step);
         }
-        let journal = Journal::of(path)?;
+        let journal = Journal::new(path)?;
         let Some(last) = journal.last() else {
             return Err(Error::data(format!("{} has no journal", path.display()))
                 .help("name the model with --model, or make one: yawrig fit RECORD.csv"));

@@ -60,7 +60,7 @@ pub struct Transfers {
 impl Transfers {
     /// # Errors
     /// Exit 3 where no setting has points enough.
-    pub fn of(file: &CampaignFile, table: &Table) -> Result<Self> {
+    pub fn new(file: &CampaignFile, table: &Table) -> Result<Self> {
         let identified: Vec<Identified> =
             table.releases.iter().map(|release| release.identified.clone()).collect();
         let (mut found, mut refused) = (Vec::new(), Vec::new());

@@ -230,7 +230,7 @@ impl Trials {
             let Some((amplitude, each)) = group.common() else { continue };
             let measurand = &group.trials[0].measurand;
             let name = group.condition.unwrap_or("one thing");
-            let of = |k: usize| Scatter::of(&each.iter().map(|q| q[k]).collect::<Vec<_>>());
+            let of = |k: usize| Scatter::new(&each.iter().map(|q| q[k]).collect::<Vec<_>>());
             let [wn, zeta] = [of(0), of(1)];
             let differ = match (wn.is_more_than_chance(), zeta.is_more_than_chance()) {
                 (false, false) => "the trials agree",
@@ -295,7 +295,7 @@ struct Scatter {
 }
 
 impl Scatter {
-    fn of(all: &[Quantity]) -> Self {
+    fn new(all: &[Quantity]) -> Self {
         let n = all.len() as f64;
         let mean = all.iter().map(|q| q.value).sum::<f64>() / n;
         let square = all.iter().map(|q| (q.value - mean).powi(2)).sum::<f64>() / (n - 1.0);

@@ -90,7 +90,7 @@ impl Session {
             "/api/preview" => requests::preview(bench, &read(asked)?),
             "/api/ready" => ready(bench, &read(asked)?),
             "/api/held" => json!({ "files": files() }),
-            "/api/kept" => json!({ "kept": Kept::of(&bench.session()), "files": files() }),
+            "/api/kept" => json!({ "kept": Kept::new(&bench.session()), "files": files() }),
             "/api/printed" => return self.printed.of(bench, &read(asked)?),
             "/api/report" => requests::report(bench)?,
             "/api/do" => self.act(read(asked)?)?,

@@ -62,7 +62,7 @@ fn a_lock_that_is_lost_is_said_and_so_is_the_way_out() {
     copy[4..8].copy_from_slice(b"LOCK");
     let at = Sector::Lock.start::<MemoryFlash>() as u32;
     flash.write(at, &[copy, copy].concat()).expect("erased");
-    let board = Board::of(flash);
+    let board = Board::new(flash);
 
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();

@@ -48,7 +48,7 @@ struct Off {
 }
 
 impl Off {
-    fn of(release: &Release, refined: &Refined) -> Self {
+    fn new(release: &Release, refined: &Refined) -> Self {
         let (value, u) =
             (f64::from(refined.damping_ratio.value), f64::from(refined.damping_ratio.u));
         Self {
@@ -89,7 +89,7 @@ fn with_a_table_of_eight_releases_a_chip_is_as_good_as_an_ideal_converter() {
                 refined(&release.counts(&Converter::ideal(), seed), None),
             ];
             for (found, refined) in found.iter_mut().zip(&through) {
-                let off = Off::of(&release, refined);
+                let off = Off::new(&release, refined);
                 let flagged = if off.flagged { " flagged" } else { "" };
                 let (relative, u) = (100.0 * off.relative, 100.0 * off.u);
                 print!("  {:+6.2} u {relative:+8.4} % ± {u:7.4}{flagged}", off.in_u);
@@ -159,7 +159,7 @@ fn noise_and_a_stiff_spring_are_no_converter_s_error() {
         })
         .collect();
     let knots = Knots { first_deg: -16.0, step_deg: 0.25, count: 129 };
-    let learned = Swings::of(&stiff).expect("releases").learn(knots, 10.0).expect("a table");
+    let learned = Swings::new(&stiff).expect("releases").learn(knots, 10.0).expect("a table");
     println!(
         "{:.4} % of damping, u {:.4} %, frequency {:.3} %",
         100.0 * learned.damping_error,

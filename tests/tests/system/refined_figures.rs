@@ -303,7 +303,7 @@ fn baseline(samples: &[Sample]) -> f64 {
         samples.iter().map(|s| s.time_s).collect(),
         samples.iter().map(|s| s.yaw_deg).collect(),
     );
-    let decay = FreeDecay::of(&record).expect("a free decay");
+    let decay = FreeDecay::from_record(&record).expect("a free decay");
     fit_plain(&decay, true, decay.grid.count).over_noise(&decay)
 }
 

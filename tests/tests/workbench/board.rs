@@ -223,7 +223,7 @@ fn a_network_is_not_half_written_where_the_plug_is_pulled() {
             inside.exchange(bytes)
         }
     });
-    let plug = Plug::of(far);
+    let plug = Plug::new(far);
     let (_served, mut browser) = opened(plug.clone());
     connect(&mut browser);
     browser.wait("!document.querySelector('#board-write').disabled");
@@ -314,7 +314,7 @@ fn what_is_no_board_of_ours_is_named() {
         (echoes, "sends back what it is sent"),
         (mute, "does not answer (its name)"),
     ] {
-        let (served, mut browser) = opened(Plug::of(far));
+        let (served, mut browser) = opened(Plug::new(far));
         connect(&mut browser);
         browser.wait(&format!("{SAYS}.includes('{said}')"));
         browser.wait("document.querySelector('#live-connect').textContent === 'Connect'");

@@ -60,13 +60,13 @@ struct Inner {
 }
 
 impl Plug {
-    pub fn of(far: Far) -> Arc<Self> {
+    pub fn new(far: Far) -> Arc<Self> {
         Arc::new(Self(Mutex::new(Inner { far, said: Vec::new(), is_in: true, is_held: false })))
     }
 
     pub fn board(board: &Board) -> Arc<Self> {
         let board = board.clone();
-        Self::of(Box::new(move |bytes| board.exchange(bytes)))
+        Self::new(Box::new(move |bytes| board.exchange(bytes)))
     }
 
     fn inner(&self) -> MutexGuard<'_, Inner> {

@@ -19,7 +19,7 @@ pub fn release(
         damping_ratio,
         yaw_rad: amplitude_deg.to_radians(),
         rate_rad_s: 0.0,
-        terms: Terms::of(effects.iter().cloned()),
+        terms: Terms::new(effects.iter().cloned()),
     };
     let grid = Grid { start_s: 0.0, step_s: 0.005, count: 6000, mean_width_s: 0.0 };
     let yaw_rad = motion.readings(&grid);

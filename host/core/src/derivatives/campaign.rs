@@ -196,7 +196,7 @@ impl RigEntry {
 
 impl AirEntry {
     /// Air of this density, its uncertainty not stated.
-    pub fn of(density_kg_m3: f64) -> Self {
+    pub fn new(density_kg_m3: f64) -> Self {
         Self { density_kg_m3, density_u_kg_m3: None, temperature_deg_c: None, pressure_pa: None }
     }
 }

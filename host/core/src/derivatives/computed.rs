@@ -31,7 +31,7 @@ use yawrig_shared::modal::Modal;
 ///     inertia: Some(InertiaEntry { mid_kg_m2: Some(0.5), ..InertiaEntry::default() }),
 ///     ..Campaign::new(
 ///         ModelEntry::new("mine", 0.6, 0.05),
-///         AirEntry::of(1.2),
+///         AirEntry::new(1.2),
 ///         RigEntry::new(0.2, 0.1),
 ///         vec![release("off.csv", 0.0), release("on.csv", 10.0)],
 ///     )
@@ -88,15 +88,15 @@ impl<'a> Computed<'a> {
             campaign: file.to_owned(),
             model: self.campaign.model.name.clone(),
             method: method.to_owned(),
-            inertia_kg_m2: ByAxis::of(|axis| propagation.inertia(axis)),
-            inertia_origin: ByAxis::of(|axis| self.inertia_origin(axis)),
+            inertia_kg_m2: ByAxis::from_fn(|axis| propagation.inertia(axis)),
+            inertia_origin: ByAxis::from_fn(|axis| self.inertia_origin(axis)),
             springs: self.springs(),
-            inertia_line: ByAxis::of(|axis| self.inertia_line(axis)),
+            inertia_line: ByAxis::from_fn(|axis| self.inertia_line(axis)),
             points: propagation.points(&self.conditions),
             conditions: self
                 .conditions
                 .iter()
-                .map(|condition| ConditionRow::of(condition, self.identified))
+                .map(|condition| ConditionRow::new(condition, self.identified))
                 .collect(),
             critical_speed: critical::speeds(&self.conditions, self.identified),
             releases: self.campaign.release.iter().zip(self.identified).map(row).collect(),

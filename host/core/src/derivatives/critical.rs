@@ -153,7 +153,7 @@ fn critical_speed(conditions: &[&Condition], identified: &[Identified]) -> Optio
         return None;
     }
     let samples = samples(conditions, identified);
-    let law = DecayRate::of(&samples, conditions.len())?;
+    let law = DecayRate::new(&samples, conditions.len())?;
     let fastest = setting.wind_speed_m_s;
     let critical = zero(&law, REACH * fastest)?;
     let at_rest = |c: &&Condition| {

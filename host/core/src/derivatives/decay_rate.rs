@@ -76,7 +76,7 @@ impl DecayRate {
     /// The form that the samples ask for: growth with amplitude where they show it, by whatever of the four
     /// growths leaves least; a parabola over the wind's speed where they refuse a straight line and four
     /// speeds allow it.
-    pub(super) fn of(samples: &[Sample], speeds: usize) -> Option<Self> {
+    pub(super) fn new(samples: &[Sample], speeds: usize) -> Option<Self> {
         let line = Form { is_curved: false, growth: None };
         let grown = [(1, false), (1, true), (2, false), (2, true)].map(|(power, is_of_wind)| {
             Self::fitted(samples, Form { growth: Some(Growth { power, is_of_wind }), ..line })

@@ -83,7 +83,7 @@ pub struct ByAxis<T> {
 }
 
 impl<T> ByAxis<T> {
-    pub(super) fn of(each: impl Fn(Axis) -> Option<T>) -> Self {
+    pub(super) fn from_fn(each: impl Fn(Axis) -> Option<T>) -> Self {
         Self { mid: each(Axis::Mid), front: each(Axis::Front) }
     }
 }
@@ -154,7 +154,7 @@ pub struct ConditionRow {
 }
 
 impl ConditionRow {
-    pub(super) fn of(condition: &Condition, identified: &[Identified]) -> Self {
+    pub(super) fn new(condition: &Condition, identified: &[Identified]) -> Self {
         let found: Vec<&Identified> =
             condition.setting.releases.iter().map(|&k| &identified[k]).collect();
         let (wn, damping) = (condition.natural_frequency_rad_s, condition.damping_rad_s);

@@ -71,7 +71,7 @@ mod tests {
             damping_ratio,
             yaw_rad: amplitude_deg.to_radians(),
             rate_rad_s: 0.0,
-            terms: Terms::of([(Effect::CubicStiffness, &[-25.0][..])]),
+            terms: Terms::new([(Effect::CubicStiffness, &[-25.0][..])]),
         };
         let yaw_rad = motion.readings(&grid);
         let noise = |z: f64| 0.1 * z;
@@ -86,7 +86,7 @@ mod tests {
     }
 
     fn group(record: &Record) -> (Vec<Effect>, Vec<[Effect; 2]>) {
-        let decay = FreeDecay::of(record).unwrap();
+        let decay = FreeDecay::from_record(record).unwrap();
         let survivors = survivors::search(&decay, &[], &Structure::default()).unwrap();
         let last = &survivors.path.last().unwrap().model.fit.structure.effects;
         (last.clone(), alike(&survivors, |_| true).unwrap())

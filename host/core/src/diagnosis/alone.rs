@@ -18,7 +18,7 @@ pub(crate) struct Alone {
 impl Alone {
     /// # Errors
     /// A present model that cannot be fitted; interrupted.
-    pub(crate) fn of(
+    pub(crate) fn new(
         records: &[Record],
         which: Vec<usize>,
         decays: &[FreeDecay],

@@ -59,7 +59,7 @@ pub struct AmplitudePicture {
 ///
 /// let time_s: Vec<f64> = (0..6000).map(|k| f64::from(k) / 300.0).collect();
 /// let yaw_deg = time_s.iter().map(|t| 12.0 * (-0.06 * t).exp() * (6.0 * t).cos()).collect();
-/// let decay = FreeDecay::of(&Record::new("mine", time_s, yaw_deg))?;
+/// let decay = FreeDecay::from_record(&Record::new("mine", time_s, yaw_deg))?;
 /// let plain = fit_plain(&decay, false, decay.yaw_rad.len());
 /// let drawn = picture(&decay, &[("second order", &plain)]);
 /// assert_eq!(drawn.measured.len(), drawn.predictions[0].points.len());
@@ -119,7 +119,7 @@ mod tests {
         let start = Start::default().limited(&modal, &effects);
         let samples = RigSamples::with_effects(&modal, &effects, &start, &sensor, 3).unwrap();
         let (time_s, yaw_deg) = samples.map(|s| (s.time_s, s.yaw_deg)).unzip();
-        FreeDecay::of(&Record::new("rig", time_s, yaw_deg)).unwrap()
+        FreeDecay::from_record(&Record::new("rig", time_s, yaw_deg)).unwrap()
     }
 
     /// Share of the measured points that lie within three standard uncertainties of a prediction.

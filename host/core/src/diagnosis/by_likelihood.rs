@@ -88,7 +88,7 @@ impl Likely {
             model: name_of(&found.plain.structure.effects),
         };
         let models = [from_ref(&found.plain), from_ref(last)];
-        let mut diagnosis = Diagnosis::of(&[record.name()], from_ref(decay), models, chosen);
+        let mut diagnosis = Diagnosis::new(&[record.name()], from_ref(decay), models, chosen);
         if status == Status::Explained
             && let Some(model) = late_release::from_release(record, decay, last)
         {
@@ -206,7 +206,7 @@ fn buffeted_verdict(
     };
     let (last, forcing) = forced.map_or((plain, b), |f| (&f.model, &f.forcing));
     let models = [from_ref(plain), from_ref(last)];
-    let mut diagnosis = Diagnosis::of(&[record.name()], from_ref(decay), models, chosen);
+    let mut diagnosis = Diagnosis::new(&[record.name()], from_ref(decay), models, chosen);
     let release = &mut diagnosis.releases[0];
     release.is_filtered(decay, forcing.over_noise);
     release.parameters = diagnosis.steps.last().expect("a step").parameters.clone();

@@ -82,7 +82,7 @@ impl Campaign<'_> {
             None => last.shared.iter().for_each(|shared| found.add(shared)),
         }
         for (release, entry) in found.releases.iter_mut().zip(&self.made.release) {
-            release.condition = Some(Condition::of(entry));
+            release.condition = Some(Condition::new(entry));
         }
         let (before, inertia) = self.points(&self.linear(&plain.joint.fits)?).unzip();
         let after = match found.effects.is_empty() {
@@ -98,7 +98,7 @@ impl Campaign<'_> {
             else {
                 continue;
             };
-            let known = Dimensionless::of(effect, seen, self.made, inertia);
+            let known = Dimensionless::new(effect, seen, self.made, inertia);
             found.dimensionless.extend(known.map(|d| (effect.to_string(), d)));
         }
         found.derivatives =
@@ -147,7 +147,7 @@ impl Diagnosis {
         let id = effect.to_string();
         self.sharing.insert(id.clone(), plan.name);
         let Some(Source { origin, reason, seen }) = source else { return };
-        let grows = GrowsAs::of(effect, seen);
+        let grows = GrowsAs::new(effect, seen);
         let taken = wind::source(effect, *origin, seen, grows);
         self.source.insert(id.clone(), taken);
         self.grows_as

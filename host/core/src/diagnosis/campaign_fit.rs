@@ -34,7 +34,7 @@ impl<'a> Campaign<'a> {
     /// One coefficient for each condition.
     pub(super) fn by_condition(&self, of: impl Fn(usize) -> Option<Quantity>) -> Vec<Seen> {
         let seen = |setting: &Setting| {
-            let condition = Condition::of(&self.made.release[setting.releases[0]]);
+            let condition = Condition::new(&self.made.release[setting.releases[0]]);
             Some(Seen {
                 condition: Condition { wind_speed_m_s: setting.wind_speed_m_s, ..condition },
                 coefficient: weighted_mean(setting.releases.iter().filter_map(|&i| of(i)))?,
@@ -142,7 +142,7 @@ impl<'a> Campaign<'a> {
         } else {
             let unknown = Quantity::new(0.0, f64::INFINITY);
             let own = self.made.release.iter().zip(fits).map(|(entry, fit)| Seen {
-                condition: Condition::of(entry),
+                condition: Condition::new(entry),
                 coefficient: fit.coefficient(effect).unwrap_or(unknown),
             });
             origin::plan(origin, &own.collect::<Vec<_>>(), effective)

@@ -118,7 +118,7 @@ pub struct FrequencyBin {
 /// let time_s: Vec<f64> = (0..6000).map(|k| f64::from(k) / 300.0).collect();
 /// let yaw_deg =
 ///     time_s.iter().map(|t| 12.0 * (-0.06 * t).exp() * (6.0 * t).cos() + 0.1 * t).collect();
-/// let decay = FreeDecay::of(&Record::new("mine", time_s, yaw_deg))?;
+/// let decay = FreeDecay::from_record(&Record::new("mine", time_s, yaw_deg))?;
 /// let found = locate(&decay, &fit_plain(&decay, false, decay.yaw_rad.len()));
 /// assert!(found.time.last().unwrap().rms_deg > 0.5);
 /// # Ok::<(), yawrig_core::error::Error>(())
@@ -369,7 +369,7 @@ mod tests {
         let time_s: Vec<f64> = (0..15_000).map(|k| f64::from(k) / 500.0).collect();
         let yaw = |t: &f64| 12.0 * (-0.05 * t).exp() * (6.0 * t).cos() + noise.sample(&mut random);
         let yaw_deg = time_s.iter().map(yaw).collect();
-        let decay = FreeDecay::of(&Record::new("noisy", time_s, yaw_deg)).unwrap();
+        let decay = FreeDecay::from_record(&Record::new("noisy", time_s, yaw_deg)).unwrap();
         locate(&decay, &fit_plain(&decay, false, decay.yaw_rad.len()))
     }
 

@@ -41,7 +41,7 @@ pub fn diagnose(releases: &[Record], grouping: &Grouping, options: &Options) -> 
 /// same rig, as far as they hold a free decay.
 fn of_parts(record: &Record, options: &Options) -> Result<Diagnosed> {
     let (wind_speed_m_s, stop) = (options.wind_speed_m_s, options.stop.clone());
-    let decay = FreeDecay { wind_speed_m_s, stop, ..FreeDecay::of(record)? };
+    let decay = FreeDecay { wind_speed_m_s, stop, ..FreeDecay::from_record(record)? };
     let alone = &options.in_wind(decay.wind_speed_m_s);
     let is_parted = decay.warnings.iter().any(|w| matches!(w, Warning::Parted { .. }));
     // What is released anew after a gap is another release, which the user chooses.
@@ -49,7 +49,7 @@ fn of_parts(record: &Record, options: &Options) -> Result<Diagnosed> {
         return of_one(record, decay, alone);
     }
     let mut parts = gaps::parts(record);
-    parts.retain(|part| FreeDecay::of(part).is_ok());
+    parts.retain(|part| FreeDecay::from_record(part).is_ok());
     if parts.len() < 2 {
         return of_one(record, decay, alone);
     }

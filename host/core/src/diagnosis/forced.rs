@@ -64,7 +64,7 @@ struct Whitened<'a> {
 }
 
 impl<'a> Whitened<'a> {
-    fn of(decay: &'a FreeDecay, structure: &Structure, start: &[f64], known: &'a Known) -> Self {
+    fn new(decay: &'a FreeDecay, structure: &Structure, start: &[f64], known: &'a Known) -> Self {
         let mut inner = problem_of_one(Release::whole(decay), structure, start);
         inner.parts[0].states = Some(known.states);
         Self { inner, whitener: &known.whitener }
@@ -136,12 +136,12 @@ impl Problem for Whitened<'_> {
 fn solve(decay: &FreeDecay, structure: &Structure, start: &[f64], known: &Known) -> Fit {
     let options =
         Options { max_evaluations: EVALUATIONS, tolerance: 0.02, accuracy: 0.0, damping: 1e-4 };
-    minimise(&Whitened::of(decay, structure, start, known), start, &options)
+    minimise(&Whitened::new(decay, structure, start, known), start, &options)
 }
 
 /// What `fit` leaves is the random motion's, and noise.
 fn finished(decay: &FreeDecay, structure: &Structure, fit: Fit, known: &Known) -> Fitted {
-    let Whitened { inner, .. } = Whitened::of(decay, structure, &fit.parameters, known);
+    let Whitened { inner, .. } = Whitened::new(decay, structure, &fit.parameters, known);
     let (converged, covariance) = (fit.stop.is_minimum(), fit.covariance.as_ref());
     let mut model = inner.parts[0].fitted(&fit.parameters, converged, covariance);
     // The covariance is that of white innovations; the plain residuals' correlation does not bear on it.
@@ -168,7 +168,7 @@ fn promising(
         let starts = crate::fit::starts::of(decay, inner, effect);
         let from = |start: &Vec<f64>| {
             let p = [&inner.parameters[..], start].concat();
-            let problem = Whitened::of(decay, &structure, &p, known);
+            let problem = Whitened::new(decay, &structure, &p, known);
             let (gain, more) = gain_of_step(&problem, &p, n)?;
             let left = (sum_of_squares - gain).max(f64::MIN_POSITIVE);
             Some(bic::gain(sum_of_squares, left, count, more as f64))

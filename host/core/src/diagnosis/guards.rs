@@ -233,7 +233,7 @@ mod tests {
             (Effect::CubicDamping, -2.0, -2.0 * a * a / (8.0 * wn)),
             (Effect::CubicStiffness, 40.0, 0.0),
         ] {
-            let terms = Terms::of([(effect.clone(), &[p][..])]);
+            let terms = Terms::new([(effect.clone(), &[p][..])]);
             let found = equivalent_damping_ratio(&terms, wn, a);
             assert!((found - expected).abs() < 1e-4 * expected.abs().max(1e-3), "{effect} {found}");
         }
@@ -249,7 +249,7 @@ mod tests {
         let time_s: Vec<f64> = (0..6000).map(|k| f64::from(k) / 200.0).collect();
         let yaw_deg = time_s.iter().map(|t| 12.0 * (-0.08 * t).exp() * (7.0 * t).cos()).collect();
         let record = Record::new("mine", time_s, yaw_deg);
-        let decay = FreeDecay { wind_speed_m_s: wind, ..FreeDecay::of(&record).unwrap() };
+        let decay = FreeDecay { wind_speed_m_s: wind, ..FreeDecay::from_record(&record).unwrap() };
         let structure = Structure {
             effects: effects.iter().map(|e| e.0.clone()).collect(),
             ..Structure::default()

@@ -131,7 +131,7 @@ impl Judge for LeftOut<'_> {
         let of = |judged: &Judged| {
             let each = judged.errors.iter().zip(&kinds);
             let errors = each.filter_map(|(e, known)| Some(e[usize::from(!(*known)?)]));
-            Prediction::of(errors.filter(|(_, n)| *n > 0.0).collect())
+            Prediction::new(errors.filter(|(_, n)| *n > 0.0).collect())
         };
         of(larger).is_better_than(&of(smaller))
     }

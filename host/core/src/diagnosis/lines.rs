@@ -130,7 +130,7 @@ mod tests {
         let yaw_deg =
             |t: &f64| 10.0 * (-0.02 * t).exp() * (6.0 * t).cos() + more_deg(*t) + noise_deg(*t);
         let yaw_deg = time_s.iter().map(yaw_deg).collect();
-        let decay = FreeDecay::of(&Record::new("planted", time_s, yaw_deg)).unwrap();
+        let decay = FreeDecay::from_record(&Record::new("planted", time_s, yaw_deg)).unwrap();
         let plain = fit_plain(&decay, true, decay.yaw_rad.len());
         let longer = beside(&decay, &plain, &[]).unwrap();
         (plain, longer)

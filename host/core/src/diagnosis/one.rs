@@ -23,7 +23,7 @@ pub(super) fn of_one(record: &Record, decay: FreeDecay, options: &Options) -> Re
     // Pieces of a free decay do not show what follows time, and a flexible effect is not looked for beside
     // another.
     if !present.effects.iter().all(Effect::shows_in_pieces) {
-        let start = SearchStart::of(&decay, options)?;
+        let start = SearchStart::new(&decay, options)?;
         return Ok(by_likelihood(record, &decay, &start)?.answer(record));
     }
     let survivors = survivors::search(&decay, &options.own, present)?;
@@ -68,12 +68,12 @@ fn likely(record: &Record, decay: &FreeDecay, options: &Options) -> Result<Likel
     let beginnings = std::iter::successors(Some(BEGINNING), |count| Some(2 * count));
     for count in beginnings.take_while(|count| 2 * count <= decay.yaw_rad.len()) {
         let part = decay.beginning(count);
-        let found = by_likelihood(record, &part, &SearchStart::of(&part, options)?)?;
+        let found = by_likelihood(record, &part, &SearchStart::new(&part, options)?)?;
         if !found.explains() {
             return Ok(found);
         }
     }
-    by_likelihood(record, decay, &SearchStart::of(decay, options)?)
+    by_likelihood(record, decay, &SearchStart::new(decay, options)?)
 }
 
 /// `decay` with the floor of coloured noise as `model` shows it, where the one does not account for what the
@@ -122,7 +122,7 @@ fn by_prediction(
         model,
     };
     let models = [from_ref(account.plain()), from_ref(last)];
-    let diagnosis = Diagnosis::of(&[record.name()], from_ref(&decay), models, chosen);
+    let diagnosis = Diagnosis::new(&[record.name()], from_ref(&decay), models, chosen);
     let path = account.steps.into_iter().map(|s| vec![s.model]).collect();
     Ok(Diagnosed { diagnosis, decays: vec![decay], singles: Vec::new(), path })
 }
@@ -148,7 +148,7 @@ mod tests {
             };
             let (time_s, yaw_deg) = (0..45_000).map(sample).unzip();
             let record = Record::new("long", time_s, yaw_deg);
-            let decay = FreeDecay::of(&record).expect("a free decay");
+            let decay = FreeDecay::from_record(&record).expect("a free decay");
             assert!(decay.yaw_rad.len() > 2 * BEGINNING, "{}", decay.yaw_rad.len());
             let found = likely(&record, &decay, &Options::default()).expect("an answer");
             (found.explains(), found.answer(&record).decays[0].yaw_rad.len(), decay.yaw_rad.len())

@@ -19,7 +19,7 @@ pub struct Condition {
 }
 
 impl Condition {
-    pub(super) fn of(release: &ReleaseEntry) -> Self {
+    pub(super) fn new(release: &ReleaseEntry) -> Self {
         let ReleaseEntry { spring, axis, wind_speed_m_s, .. } = release;
         Self { spring: spring.clone(), axis: *axis, wind_speed_m_s: *wind_speed_m_s }
     }

@@ -41,7 +41,7 @@ pub(crate) struct Lengths {
 }
 
 impl Lengths {
-    pub(crate) fn of(decay: &FreeDecay) -> Self {
+    pub(crate) fn new(decay: &FreeDecay) -> Self {
         let cycles = decay.yaw_rad.len() as f64 / decay.per_cycle();
         let count = |most: f64| (cycles / MIN_CYCLES).clamp(2.0, most) as usize;
         let long = count(LONG_PIECES);
@@ -66,7 +66,7 @@ impl Lengths {
     pub(crate) fn of_all(releases: &[&FreeDecay], modal: &[usize]) -> Self {
         let modal: Arc<[usize]> = modal.into();
         let mut each = releases.iter().enumerate().map(|(release, decay)| {
-            let mut lengths = Self::of(decay);
+            let mut lengths = Self::new(decay);
             for pieces in lengths.all_mut() {
                 for piece in &mut pieces.decays {
                     (piece.release, piece.modal) = (release, modal.clone());
@@ -173,7 +173,7 @@ pub fn fit_over_pieces(decay: &FreeDecay, structure: &Structure) -> Option<Fitte
     let mut common = vec![wn_rad_s, zeta];
     common.extend(structure.zero_unknown.then_some(middle_rad));
     common.resize(common.len() + sorted.effects.len(), 0.0);
-    let lengths = Lengths::of(decay);
+    let lengths = Lengths::new(decay);
     let whole = whole(decay, &lengths, &fitted(&lengths, &sorted, &common, None).fit);
     let fit = refitted(decay, &whole.structure, &whole.numbers(0));
     Some(reordered(decay, &fit, &structure.effects))
@@ -187,7 +187,7 @@ pub(crate) fn whole(decay: &FreeDecay, lengths: &Lengths, fit: &PieceFit) -> Pie
     let mut pieces;
     while count > 1 {
         count = count.div_ceil(2);
-        let longer = Pieces::of(decay, count);
+        let longer = Pieces::new(decay, count);
         let state = |piece: &Piece| {
             // A shorter piece that begins there knows the phase; of the longer one it may be missed.
             let same = |s: &(&Piece, &[f64; 2])| s.0.grid.start_s == piece.grid.start_s;

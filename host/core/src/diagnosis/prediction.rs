@@ -38,13 +38,13 @@ pub(crate) fn predict_within(short: &Pieces, model: &PieceFit) -> Prediction {
 
 impl Prediction {
     /// Of pieces with these sums of squares and numbers of means.
-    pub(crate) fn of(errors: Vec<(f64, f64)>) -> Self {
+    pub(crate) fn new(errors: Vec<(f64, f64)>) -> Self {
         Self { errors }
     }
 
     /// Of the `pieces` from the first on that is predicted at all.
     fn alternately(pieces: &Pieces, model: &PieceFit, first: usize) -> Self {
-        let mut out = Self::of(Vec::new());
+        let mut out = Self::new(Vec::new());
         let states = pieces.states(&model.structure, &model.common);
         for odd in [1, 0] {
             out.split(pieces, model, &states, &|k| k >= first && k % 2 == odd);

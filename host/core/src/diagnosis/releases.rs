@@ -35,7 +35,7 @@ pub(super) fn free_decays(
 ) -> Result<Vec<FreeDecay>> {
     let one = |(record, wind_speed_m_s): (&Record, f64)| {
         stop.check()?;
-        Ok(FreeDecay { wind_speed_m_s, stop: stop.clone(), ..FreeDecay::of(record)? })
+        Ok(FreeDecay { wind_speed_m_s, stop: stop.clone(), ..FreeDecay::from_record(record)? })
     };
     // Collected first, so that of several bad records always the first is named.
     let each = records.iter().zip(wind_speed_m_s);
@@ -101,7 +101,7 @@ pub(super) fn judge(
     let fits = decays.iter().map_at_once(plain).collect();
     let plain = ModelOfReleases { effects: structure.effects.clone(), fits };
     options.stop.check()?;
-    let alone = Alone::of(records, plain.worst(decays), decays, options)?;
+    let alone = Alone::new(records, plain.worst(decays), decays, options)?;
     for (of, release) in alone.answers.iter().zip(&alone.which) {
         decays[*release] = of.decays[0].clone();
     }

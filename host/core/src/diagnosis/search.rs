@@ -328,7 +328,7 @@ mod tests {
             })
             .unzip();
         let record = Record::new("noise", time_s, yaw_deg);
-        let decay = FreeDecay::of(&record).unwrap();
+        let decay = FreeDecay::from_record(&record).unwrap();
         let plain = fit_plain(&decay, false, decay.yaw_rad.len());
         assert!(is_explained(&plain, &decay), "{}", plain.over_noise(&decay));
         let screen = Screen::new(&decay, &plain);

@@ -61,7 +61,7 @@ pub(crate) struct SearchStart {
 impl SearchStart {
     /// # Errors
     /// Where the present model cannot be fitted, or interrupted.
-    pub(crate) fn of(decay: &FreeDecay, options: &Options) -> Result<Self> {
+    pub(crate) fn new(decay: &FreeDecay, options: &Options) -> Result<Self> {
         let zero_unknown = options.zero_unknown;
         let plain = present(decay, options)?;
         let there = &plain.structure.effects;

@@ -85,7 +85,7 @@ pub(super) fn of_several(
     let names: Vec<String> = records.iter().enumerate().map(name).collect();
     let last = &path[path.len() - 1];
     let models = [&path[0].joint.fits[..], &last.joint.fits];
-    let mut found = Diagnosis::of(&names, &decays, models, chosen);
+    let mut found = Diagnosis::new(&names, &decays, models, chosen);
     if common.same_rig {
         found.modal = Some(last.joint.fits[0].modal());
     }

@@ -36,7 +36,7 @@ fn release(k: usize, amplitude_deg: f64) -> Record {
         damping_ratio: 0.006,
         yaw_rad: amplitude_deg.to_radians(),
         rate_rad_s: 0.0,
-        terms: Terms::of([
+        terms: Terms::new([
             (Effect::CoulombFriction, &[FRICTION][..]),
             (Effect::CubicStiffness, &[-30.0]),
         ]),
@@ -94,7 +94,7 @@ fn softening(seed: u64, amplitude_deg: f64, damping_ratio: f64) -> Record {
         damping_ratio,
         yaw_rad: amplitude_deg.to_radians(),
         rate_rad_s: 0.0,
-        terms: Terms::of([(Effect::CubicStiffness, &[-25.0][..])]),
+        terms: Terms::new([(Effect::CubicStiffness, &[-25.0][..])]),
     };
     record(seed, (0.02, 1000), &motion, 0.0, 0.1)
 }

@@ -120,7 +120,7 @@ fn base(lengths: &Lengths, begin: (Structure, Vec<f64>), present: &Structure) ->
 /// Interrupted, once somebody asked for it.
 pub(crate) fn search(decay: &FreeDecay, own: &[Effect], present: &Structure) -> Result<Survivors> {
     let (structure, start) = plain_start(decay);
-    searched(decay, Lengths::of(decay), (structure, start.to_vec()), own, present)
+    searched(decay, Lengths::new(decay), (structure, start.to_vec()), own, present)
 }
 
 /// The same over the pieces of all `releases`, each with what it has for itself.

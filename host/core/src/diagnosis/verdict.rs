@@ -71,7 +71,7 @@ impl Diagnosis {
 
     /// `last` is the model of the verdict and `plain` that of which it is said what it misses, of each of
     /// `decays`. What only a campaign has is not in it.
-    pub(super) fn of(
+    pub(super) fn new(
         files: &[String],
         decays: &[FreeDecay],
         [plain, last]: [&[Fitted]; 2],
@@ -88,7 +88,7 @@ impl Diagnosis {
         let shown = |rms_rad: f64| decays[0].measurand.shown(rms_rad);
         let each = files.iter().zip(decays).zip(plain.iter().zip(last));
         let each =
-            each.map(|((file, decay), models)| ReleaseVerdict::of(file, decay, models, &effects));
+            each.map(|((file, decay), models)| ReleaseVerdict::new(file, decay, models, &effects));
         Self {
             said: decays[0].measurand.said(),
             noise_rms_deg: shown(rms(decays.iter().map(|d| d.sample_noise_rad))),
@@ -175,7 +175,7 @@ impl Step {
 }
 
 impl ReleaseVerdict {
-    fn of(
+    fn new(
         file: &str,
         decay: &FreeDecay,
         (plain, last): (&Fitted, &Fitted),

@@ -23,7 +23,7 @@ pub struct GrowsAs {
 
 impl GrowsAs {
     /// Of the wind-on ones of `seen`; `None` for one wind speed, and where no dimension says a power.
-    pub(super) fn of(effect: &Effect, seen: &[Seen]) -> Option<Self> {
+    pub(super) fn new(effect: &Effect, seen: &[Seen]) -> Option<Self> {
         let power = effect.wind_power(&[]).filter(|power| power.is_finite())?;
         let on: Vec<&Seen> =
             seen.iter().filter(|s| s.is_on() && s.coefficient.is_known()).collect();
@@ -68,7 +68,7 @@ pub struct Dimensionless {
 
 impl Dimensionless {
     /// From the coefficients at the middle axis with the wind on; its u that of these and of the inertia.
-    pub(super) fn of(
+    pub(super) fn new(
         effect: &Effect,
         seen: &[Seen],
         made: &Campaign,
@@ -147,16 +147,16 @@ mod tests {
                 })
                 .collect::<Vec<_>>()
         };
-        let cubic = |seen: &[Seen]| GrowsAs::of(&Effect::CubicStiffness, seen).unwrap();
+        let cubic = |seen: &[Seen]| GrowsAs::new(&Effect::CubicStiffness, seen).unwrap();
         let grows = cubic(&with(20.0));
         assert_eq!((grows.power, grows.degrees), (2.0, 3));
         assert!(grows.holds() && grows.chi_squared < 1.0, "{grows:?}");
         assert!(!cubic(&with(10.0)).holds());
-        let linear = GrowsAs::of(&Effect::CubicDamping, &with(10.0)).unwrap();
+        let linear = GrowsAs::new(&Effect::CubicDamping, &with(10.0)).unwrap();
         assert!(linear.power == 1.0 && linear.holds(), "{linear:?}");
-        assert!(GrowsAs::of(&Effect::FreePlay, &with(20.0)).is_none());
+        assert!(GrowsAs::new(&Effect::FreePlay, &with(20.0)).is_none());
         let of = |seen: &[Seen]| {
-            let grows = GrowsAs::of(&Effect::CubicStiffness, seen);
+            let grows = GrowsAs::new(&Effect::CubicStiffness, seen);
             source(&Effect::CubicStiffness, Origin::Aerodynamic, seen, grows)
         };
         assert_eq!(

@@ -124,7 +124,7 @@ impl Cycles {
     }
 
     /// Of a wave whose shape counts where it `may_be_noise`. `None` where fewer than two cycles have a phase.
-    fn of(
+    fn new(
         release: &Observed,
         numbers: usize,
         most_groups: usize,
@@ -227,7 +227,7 @@ pub(super) fn of_all(
     may_be_noise: bool,
 ) -> Option<Vec<Cycles>> {
     let most_groups = (MAX_GROUPS / releases.len()).max(MIN_GROUPS);
-    let of = |release: &Observed| Cycles::of(release, numbers, most_groups, may_be_noise);
+    let of = |release: &Observed| Cycles::new(release, numbers, most_groups, may_be_noise);
     let all: Vec<Option<Cycles>> = releases.iter().map_at_once(of).collect();
     all.into_iter().collect()
 }

@@ -28,7 +28,7 @@ pub(super) fn alike(a: f64, b: f64) -> f64 {
 }
 
 impl Kernels {
-    pub(super) fn of(all: &[Cycles]) -> Self {
+    pub(super) fn new(all: &[Cycles]) -> Self {
         let ln_amplitude: Vec<f64> =
             all.iter().flat_map(|c| c.ln_amplitude.iter().copied()).collect();
         let n = ln_amplitude.len();

@@ -163,17 +163,17 @@ pub(crate) fn of(
     held: f64,
 ) -> Option<Discrepancy> {
     let all = cycles::of_all(releases, numbers, left != Left::More)?;
-    let kernels = Kernels::of(&all);
+    let kernels = Kernels::new(&all);
     let swing = [0, 1].map(|q| stacked(&all, |c| &c.swing[q]));
     let mut known: DMatrix<f64> = all.iter().map(|cycles| &cycles.rest).sum();
     let middle = of_middle(&stacked(&all, |c| &c.middle), &kernels.process)?;
     known += middle.matrix;
     let pull = middle.gradient;
-    let sizes = Sizes::of(left);
+    let sizes = Sizes::new(left);
     let told = Tolds { swing: &swing, kernels: &kernels, sizes: &sizes, known: RefCell::default() };
     let posterior = |at: Place| {
         let both = told.at(at)?;
-        Some((Posterior::of([&both[0], &both[1]], &known, &pull)?, both))
+        Some((Posterior::new([&both[0], &both[1]], &known, &pull)?, both))
     };
     let (each, most) = likeliest(&sizes, |at| Some(sizes.prior(at)? + posterior(at)?.0.evidence));
     let weights: f64 = each.iter().map(|e| (e.1 - most).exp()).sum();

@@ -44,7 +44,7 @@ pub(super) struct Told {
 }
 
 impl Told {
-    pub(super) fn of(rows: &Measure, covariance: DMatrix<f64>) -> Option<Self> {
+    pub(super) fn new(rows: &Measure, covariance: DMatrix<f64>) -> Option<Self> {
         let root = Cholesky::new(covariance)?;
         let slopes = root.l().solve_lower_triangular(&rows.slopes)?;
         let off = root.l().solve_lower_triangular(&rows.off)?;
@@ -65,7 +65,7 @@ pub(super) fn of_middle(rows: &Measure, process: &DMatrix<f64>) -> Option<Told> 
     let of = |(size, prior): (f64, f64)| {
         let mut covariance = process * (size * size * noise);
         covariance.set_diagonal(&(covariance.diagonal() * (1.0 + ROUNDING) + &rows.variance));
-        let told = Told::of(rows, covariance)?;
+        let told = Told::new(rows, covariance)?;
         let level = (told.squares / n).max(1.0);
         let evidence = prior - 0.5 * (told.logs + n * level.ln() + told.squares / level);
         let (matrix, gradient) = (&told.matrix / level, &told.gradient / level);
@@ -87,7 +87,7 @@ pub(super) type Place = [usize; 3];
 impl Sizes {
     /// Where what is left is noise it has to be shown that a law is missing; and that the rig is shaken where it
     /// is known what is noise.
-    pub(super) fn of(left: Left) -> Self {
+    pub(super) fn new(left: Left) -> Self {
         let needed = |is_needed: bool| tried(SIZES, if is_needed { NEEDED } else { 0.0 });
         let law = needed(left == Left::Noise);
         Self { each: [law.clone(), law, needed(left != Left::Unknown)], left }
@@ -119,7 +119,7 @@ impl Tolds<'_> {
             let mut covariance = summed * (law * law) + shaken * (random * random);
             let diagonal = covariance.diagonal() * (1.0 + ROUNDING) + &self.swing[q].variance;
             covariance.set_diagonal(&diagonal);
-            Told::of(&self.swing[q], covariance).map(Arc::new)
+            Told::new(&self.swing[q], covariance).map(Arc::new)
         };
         self.known.borrow_mut().entry([q, law, random]).or_insert_with(told).clone()
     }
@@ -180,7 +180,7 @@ pub(super) struct Posterior {
 }
 
 impl Posterior {
-    pub(super) fn of(told: [&Told; 2], known: &DMatrix<f64>, pull: &DVector<f64>) -> Option<Self> {
+    pub(super) fn new(told: [&Told; 2], known: &DMatrix<f64>, pull: &DVector<f64>) -> Option<Self> {
         let n = 2.0 * told[0].root.l_dirty().nrows() as f64;
         let matrix = &told[0].matrix + &told[1].matrix;
         let gradient = &told[0].gradient + &told[1].gradient;

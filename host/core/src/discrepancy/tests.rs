@@ -18,7 +18,7 @@ fn decay(effects: &[(Effect, f64)], amplitude_deg: f64, seed: u64) -> FreeDecay 
     let [natural_frequency_rad_s, damping_ratio] = TRUTH;
     let users: Vec<[f64; 1]> = effects.iter().map(|(_, value)| [*value]).collect();
     let each = effects.iter().zip(&users).map(|((effect, _), p)| (effect.clone(), &p[..]));
-    let mut terms = Terms::of(each);
+    let mut terms = Terms::new(each);
     terms.precise = !effects.is_empty();
     let motion = Motion {
         natural_frequency_rad_s,
@@ -31,7 +31,7 @@ fn decay(effects: &[(Effect, f64)], amplitude_deg: f64, seed: u64) -> FreeDecay 
     let noisy = |y: &f64| y.to_degrees() + 0.05 * rng.sample::<f64, _>(StandardNormal);
     let yaw_deg = motion.readings(&grid).iter().map(noisy).collect();
     let time_s = (0..grid.count).map(|k| grid.time_s(k)).collect();
-    FreeDecay::of(&Record::new("planted", time_s, yaw_deg)).expect("a free decay")
+    FreeDecay::from_record(&Record::new("planted", time_s, yaw_deg)).expect("a free decay")
 }
 
 fn u_of(fit: &Fitted) -> [f64; 2] {
@@ -136,7 +136,7 @@ fn numbers_of_a_rig_that_is_shaken_hold_the_truth() {
         let mut z = [Vec::new(), Vec::new()];
         for seed in 0..40 {
             let record = shaken(intensity, seed);
-            let decay = FreeDecay::of(&record).expect("a free decay");
+            let decay = FreeDecay::from_record(&record).expect("a free decay");
             let fit = fit_plain(&decay, false, decay.yaw_rad.len()).with_discrepancy(&decay);
             let found = identify(&record, &[Method::LeastSquares], &Settings::default());
             let found = &found.expect("an oscillation").estimates[0];

@@ -129,7 +129,7 @@ impl MeasuredLaw {
         if !effect.is_strength_of_state() || effect.moves_rest() {
             return false;
         }
-        let terms = Terms::of([(effect.clone(), &[1.0][..])]);
+        let terms = Terms::new([(effect.clone(), &[1.0][..])]);
         let at = |yaw: f64, rate: f64| {
             let (yaw_rad, rate_rad_s) = (yaw * self.yaw_rad, rate * self.rate_rad_s);
             let state = State { yaw_rad, rate_rad_s, time_s: 0.0, spring_moment_rad_s2: 0.0 };

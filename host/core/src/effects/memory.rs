@@ -30,7 +30,7 @@ pub(super) struct Remembered {
 }
 
 impl Remembered {
-    pub(super) fn of<M: Memory>(p: &[f64]) -> Self {
+    pub(super) fn new<M: Memory>(p: &[f64]) -> Self {
         Self { moved: M::moved, moment: M::moment, slope: M::slope, p: padded(p) }
     }
 }

@@ -355,7 +355,7 @@ impl Effect {
 
 impl Terms {
     /// `effects` with the users' numbers.
-    pub fn of<'a>(effects: impl IntoIterator<Item = (Effect, &'a [f64])>) -> Self {
+    pub fn new<'a>(effects: impl IntoIterator<Item = (Effect, &'a [f64])>) -> Self {
         let mut terms = Self::default();
         for (effect, users) in effects {
             effect.write(&effect.varied(users), &mut terms);

@@ -127,7 +127,7 @@ impl Terms {
     }
 
     pub(crate) fn add_memory<M: Memory>(&mut self, p: &[f64]) {
-        self.remembered.push(Remembered::of::<M>(p));
+        self.remembered.push(Remembered::new::<M>(p));
     }
 
     /// What the moments with a state of their own remember at angle and rate `state`.
@@ -297,7 +297,7 @@ pub(crate) struct Moments {
 
 impl Moments {
     /// `None` where the motions have not the same effects.
-    pub(crate) fn of(terms: [&Terms; LANES]) -> Option<Self> {
+    pub(crate) fn new(terms: [&Terms; LANES]) -> Option<Self> {
         let [first, others @ ..] = terms;
         let laws = |t: &Terms| t.moments.iter().map(|m| m.law).collect::<Vec<_>>();
         if others.iter().any(|other| laws(other) != laws(first)) {

@@ -59,7 +59,7 @@ mod tests {
             let read = |(k, y): (usize, &f64)| (y + zero).to_degrees() + noise_deg(k);
             let yaw_deg = motion.readings(&grid).iter().enumerate().map(read).collect();
             let time_s = (0..grid.count).map(|k| grid.time_s(k)).collect();
-            let decay = FreeDecay::of(&Record::new("planted", time_s, yaw_deg)).unwrap();
+            let decay = FreeDecay::from_record(&Record::new("planted", time_s, yaw_deg)).unwrap();
             let plain = fit_plain(&decay, false, decay.yaw_rad.len());
             let one = added(&decay, &plain, &Effect::StaticOffset);
             let both = added(&decay, &one, &Effect::CubicStiffness);

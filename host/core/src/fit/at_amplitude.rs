@@ -131,7 +131,7 @@ mod tests {
             damping_ratio,
             yaw_rad: 0.1,
             rate_rad_s: 0.0,
-            terms: Terms::of(effect),
+            terms: Terms::new(effect),
         }
     }
 
@@ -209,7 +209,7 @@ mod tests {
         let record = read(60f64.to_radians(), |_, b, r| {
             -wn * wn * b * (1.0 - share * (-(b / width_rad).powi(4)).exp()) - 2.0 * zeta * wn * r
         });
-        let decay = FreeDecay::of(&record).expect("a free decay");
+        let decay = FreeDecay::from_record(&record).expect("a free decay");
         let plain = fit_plain(&decay, false, decay.yaw_rad.len());
         let fit = fit_added(&decay, &plain, &Effect::OddQuadraticStiffness);
         let miss = |q: Quantity| (q.value - truth).abs() / q.u;
@@ -231,7 +231,7 @@ mod tests {
             let periodic = 0.5 * (8.2 * t).cos();
             -wn * wn * b - 2.0 * zeta * wn * r - 0.02 * (r / 0.001).tanh() + periodic
         });
-        let decay = FreeDecay::of(&record).expect("a free decay");
+        let decay = FreeDecay::from_record(&record).expect("a free decay");
         let plain = fit_plain(&decay, false, decay.yaw_rad.len());
         let fit = fit_added(&decay, &plain, &Effect::HarmonicForcing).with_discrepancy(&decay);
         let largest = decay.windows.iter().map(|w| (w.natural_frequency_rad_s / wn - 1.0).abs());

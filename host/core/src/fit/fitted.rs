@@ -395,7 +395,8 @@ mod tests {
             yaw_rad += step_s * rate_rad_s;
         }
         let fit = |rate_u: f64| {
-            let decay = FreeDecay::of(&Record { rate_u, ..record.clone() }).expect("a decay");
+            let decay =
+                FreeDecay::from_record(&Record { rate_u, ..record.clone() }).expect("a decay");
             let plain = fit_plain(&decay, false, decay.yaw_rad.len());
             fit_added(&decay, &plain, &Effect::CubicStiffness)
         };

@@ -115,7 +115,7 @@ fn first_reading(decay: &FreeDecay) -> (f64, f64) {
 ///         (t, 12.0 * (-0.06 * t).exp() * (6.0 * t).cos() + 0.1 * t + noise(k))
 ///     })
 ///     .unzip();
-/// let decay = FreeDecay::of(&Record::new("mine", time_s, yaw_deg))?;
+/// let decay = FreeDecay::from_record(&Record::new("mine", time_s, yaw_deg))?;
 /// let plain = fit_plain(&decay, false, decay.yaw_rad.len());
 /// let with = fit_added(&decay, &plain, &Effect::BaselineDrift);
 /// assert!(5.0 * with.rms_rad() < plain.rms_rad());

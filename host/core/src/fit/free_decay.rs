@@ -149,7 +149,7 @@ impl FreeDecay {
     ///
     /// # Errors
     /// Naming the file: no oscillation in it, or fewer than three cycles.
-    pub fn of(record: &Record) -> Result<Self> {
+    pub fn from_record(record: &Record) -> Result<Self> {
         Self::of_reading(record, Vec::new())
     }
 
@@ -382,7 +382,7 @@ mod tests {
             let noisy = |t: &f64| swing(*t) + 0.1 * rng.sample::<f64, _>(StandardNormal);
             let yaw_deg = time_s.iter().map(noisy).collect();
             let record = Record::new("r", time_s, yaw_deg);
-            let decay = FreeDecay::of(&record).expect("a free decay");
+            let decay = FreeDecay::from_record(&record).expect("a free decay");
             let start_s = decay.release_time_s + decay.grid.start_s;
             let off = |(k, y): (usize, &f64)| {
                 let t = start_s + k as f64 * decay.grid.step_s;
@@ -404,10 +404,10 @@ mod tests {
         let time_s: Vec<f64> = (0..400).map(|k| f64::from(k) * 0.1).collect();
         let mut yaw_deg: Vec<f64> = time_s.iter().map(|t| swing(*t)).collect();
         let record = |yaw_deg: &[f64]| Record::new("r", time_s.clone(), yaw_deg.to_vec());
-        let without = FreeDecay::of(&record(&yaw_deg)).expect("a free decay");
+        let without = FreeDecay::from_record(&record(&yaw_deg)).expect("a free decay");
         yaw_deg[60] += 30.0;
         yaw_deg[200] -= 25.0;
-        let with = FreeDecay::of(&record(&yaw_deg)).expect("a free decay");
+        let with = FreeDecay::from_record(&record(&yaw_deg)).expect("a free decay");
         assert_eq!(with.grid, without.grid);
         for (k, (a, b)) in with.yaw_rad.iter().zip(&without.yaw_rad).enumerate() {
             let allowed_deg = if k == 60 || k == 200 { 0.1 } else { 1e-9 };

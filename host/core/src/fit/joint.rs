@@ -255,13 +255,13 @@ fn with_pressed(fit: &Fit, bounds: &[(f64, f64)]) -> Option<DMatrix<f64>> {
 ///         damping_ratio: 0.01,
 ///         yaw_rad: amplitude_deg.to_radians(),
 ///         rate_rad_s: 0.0,
-///         terms: Terms::of([(Effect::CoulombFriction, &[0.05][..])]),
+///         terms: Terms::new([(Effect::CoulombFriction, &[0.05][..])]),
 ///     };
 ///     let grid = Grid { start_s: 0.0, step_s: 0.005, count: 4000, mean_width_s: 0.0 };
 ///     let reading = |(k, y): (usize, &f64)| y.to_degrees() + noise(k as u64);
 ///     let yaw_deg = motion.readings(&grid).iter().enumerate().map(reading).collect();
 ///     let time_s = (0..grid.count).map(|k| grid.time_s(k)).collect();
-///     FreeDecay::of(&Record::new("mine", time_s, yaw_deg)).unwrap()
+///     FreeDecay::from_record(&Record::new("mine", time_s, yaw_deg)).unwrap()
 /// });
 /// let alone = decays.each_ref().map(|decay| {
 ///     let plain = fit_plain(decay, false, decay.yaw_rad.len());

@@ -4,7 +4,7 @@ use crate::solver::check::jacobian_error;
 
 fn decay(wn: f64, c: f64) -> FreeDecay {
     let grid = Grid { start_s: 0.0, step_s: 0.02, count: 900, mean_width_s: 0.0 };
-    let terms = crate::effects::Terms::of([
+    let terms = crate::effects::Terms::new([
         (Effect::CubicDamping, &[c][..]),
         (Effect::StaticOffset, &[0.1]),
     ]);

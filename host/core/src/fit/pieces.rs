@@ -58,7 +58,7 @@ pub(crate) struct Pieces {
 
 impl Pieces {
     /// `count` pieces of the same length.
-    pub(crate) fn of(decay: &FreeDecay, count: usize) -> Self {
+    pub(crate) fn new(decay: &FreeDecay, count: usize) -> Self {
         let n = decay.yaw_rad.len();
         let edge = |k: usize| k * n / count;
         Self::with(decay, (0..count).map(|k| edge(k)..edge(k + 1)).collect())
@@ -69,7 +69,7 @@ impl Pieces {
     pub(crate) fn spread(decay: &FreeDecay, count: usize, most: usize) -> Self {
         let n = decay.yaw_rad.len();
         if n <= most || count < 2 {
-            return Self::of(decay, count);
+            return Self::new(decay, count);
         }
         let length = most / count;
         let begin = |k: usize| k * (n - length) / (count - 1);

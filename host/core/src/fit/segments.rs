@@ -146,7 +146,7 @@ impl<'a> Fit<'a> {
             let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
             let mut normal = Normal::new(self.free.len() + 2);
             normal.part(&residuals, which, &columns);
-            Some((Block::of(&normal)?, sum(&residuals[..part.release.count])))
+            Some((Block::new(&normal)?, sum(&residuals[..part.release.count])))
         };
         self.problem.parts.iter().zip(&self.columns).map_at_once(of_part).collect()
     }

@@ -254,7 +254,7 @@ impl Estimate {
         let widen = |wn: &mut Quantity| *wn = wn.on_clock(rate_u, -1.0);
         widen(&mut self.natural_frequency_rad_s);
         self.at_amplitude.iter_mut().for_each(|at| widen(&mut at.natural_frequency_rad_s));
-        self.cycle = Cycle::of(self.natural_frequency_rad_s, self.damping_ratio);
+        self.cycle = Cycle::new(self.natural_frequency_rad_s, self.damping_ratio);
         self
     }
 }

@@ -80,7 +80,7 @@ fn damped_frequency(yaw: &[f64], step_s: f64, peak: SpectralPeak) -> Option<Quan
         SpectralPeak::Plain => yaw.len(),
         SpectralPeak::Interpolated => FILLED * yaw.len(),
     };
-    let periodogram = Periodogram::of(yaw, step_s, length);
+    let periodogram = Periodogram::new(yaw, step_s, length);
     let bin = periodogram.strongest_bin(&(0.0..=f64::INFINITY), |_, _| 1.0)?;
     // Anywhere within half a bin: a rectangular distribution.
     let width = periodogram.resolution_hz / 12.0_f64.sqrt();

@@ -19,7 +19,7 @@ pub struct Cycle {
 
 impl Cycle {
     /// Of natural frequency, rad/s, and damping ratio.
-    pub fn of(natural_frequency_rad_s: Quantity, damping_ratio: Quantity) -> Self {
+    pub fn new(natural_frequency_rad_s: Quantity, damping_ratio: Quantity) -> Self {
         let (wn, zeta) = (natural_frequency_rad_s, damping_ratio);
         let damped = (1.0 - zeta.value.powi(2)).max(f64::MIN_POSITIVE).sqrt();
         let hz = wn.value * damped / TAU;
@@ -45,8 +45,8 @@ mod tests {
     #[test]
     fn the_words_agree_with_a_decay_and_their_uncertainties_with_differences() {
         let (wn, zeta) = (6.0, 0.1);
-        let of = |wn, zeta| Cycle::of(Quantity::new(wn, 0.0), Quantity::new(zeta, 0.0));
-        let cycle = Cycle::of(Quantity::new(wn, 0.02), Quantity::new(zeta, 0.003));
+        let of = |wn, zeta| Cycle::new(Quantity::new(wn, 0.0), Quantity::new(zeta, 0.0));
+        let cycle = Cycle::new(Quantity::new(wn, 0.02), Quantity::new(zeta, 0.003));
         let yaw = |t: f64| (-zeta * wn * t).exp() * (wn * (1.0 - zeta * zeta).sqrt() * t).cos();
         let period_s = cycle.period_s.value;
         let decrement = (yaw(0.3) / yaw(0.3 + period_s)).ln();
@@ -64,7 +64,7 @@ mod tests {
             let by_zeta = (at(0.0, step) - at(0.0, -step)) / (2.0 * step) * 0.003;
             assert!((read(&cycle).u / by_wn.hypot(by_zeta) - 1.0).abs() < 1e-6);
         }
-        let grows = Cycle::of(Quantity::new(6.0, 0.1), Quantity::new(-0.01, 0.001));
+        let grows = Cycle::new(Quantity::new(6.0, 0.1), Quantity::new(-0.01, 0.001));
         assert_eq!(grows.quality_factor, None);
     }
 }

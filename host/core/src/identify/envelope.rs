@@ -76,7 +76,7 @@ fn peaks_rad_s(samples: &Samples<'_>) -> Option<Vec<f64>> {
     let means = samples.all().block_means(1);
     let even = evenly(&means.time_s, &means.yaw_deg, step_s);
     // Twice the length at least, so that the peak is well sampled.
-    let periodogram = Periodogram::of(&even, step_s, 2 * even.len());
+    let periodogram = Periodogram::new(&even, step_s, 2 * even.len());
     let range = 2.0 / duration_s..=HIGHEST_SHARE / step_s;
     let floor = periodogram.noise(&range) * (PEAK_STANDS_OUT + (even.len() as f64).ln());
     let of = |power: i32| {

@@ -75,7 +75,7 @@ pub(crate) fn prepare<'a>(
     }
     let mut samples = Samples::new(&record.time_s, &record.yaw_deg);
     outliers::exclude_spikes(&mut samples);
-    let amplitudes = Amplitudes::of(settings, &record.measurand);
+    let amplitudes = Amplitudes::new(settings, &record.measurand);
     let seen = |amplitudes: Amplitudes| seen_with(samples.clone(), amplitudes, record);
     let (samples, span, windows, density) = match seen(amplitudes) {
         // Amplitudes that were asked for and are lost in something else: those that the record has.
@@ -312,7 +312,7 @@ impl Prepared<'_> {
             damping_ratio: zeta,
             natural_frequency_range_rad_s: ranges.natural_frequency_rad_s,
             damping_ratio_range: ranges.damping_ratio,
-            cycle: Cycle::of(wn, zeta),
+            cycle: Cycle::new(wn, zeta),
             residual_rms_deg: misfit.rms_deg,
             windows: values.windows,
             at_amplitude: values.at_amplitude,

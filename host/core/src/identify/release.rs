@@ -31,7 +31,7 @@ pub(crate) struct Amplitudes {
 
 impl Amplitudes {
     /// Of a displacement, of whose size nothing is known, all unless some were named.
-    pub(crate) fn of(settings: &Settings, measurand: &Measurand) -> Self {
+    pub(crate) fn new(settings: &Settings, measurand: &Measurand) -> Self {
         let Settings { from_deg, to_deg, only_between, .. } = *settings;
         let usual = Self {
             from: from_deg,

@@ -30,7 +30,7 @@ struct Decay {
 }
 
 impl Decay {
-    fn of(prepared: &Prepared) -> Option<Self> {
+    fn new(prepared: &Prepared) -> Option<Self> {
         let (first, last) = (prepared.windows.first()?, prepared.windows.last()?);
         let most = prepared.windows.iter().map(|w| w.amplitude_deg).fold(0.0, f64::max);
         // What grows by itself was not released, what is kept up is not left to itself.
@@ -100,7 +100,7 @@ fn search(record: &Record, part: Range<usize>, found: &mut Vec<Decay>) {
     let piece = sliced(record, &part);
     let settings = Settings { from_deg: f64::INFINITY, to_deg: 1e-3, ..Settings::default() };
     let Ok(prepared) = prepare(&piece, &settings) else { return };
-    let Some(decay) = Decay::of(&prepared) else { return };
+    let Some(decay) = Decay::new(&prepared) else { return };
     let like =
         |other: &Decay| (other.frequency_rad_s / decay.frequency_rad_s - 1.0).abs() < SAME_MODEL;
     if !found.first().is_none_or(like) {

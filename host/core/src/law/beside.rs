@@ -32,7 +32,7 @@ pub enum Kind {
 
 impl Kind {
     /// `None`: of the state, which a law holds.
-    fn of(effect: &Effect) -> Option<Self> {
+    fn new(effect: &Effect) -> Option<Self> {
         match effect.acts_on() {
             Acts::State => None,
             Acts::Time => Some(Self::Time),
@@ -145,7 +145,7 @@ pub(super) fn beside(releases: &Releases, lengths: &Lengths, found: &Measured) -
     let structure = found.with_line();
     let whole = fit_whole(decay, &structure, &found.fit.numbers(0));
     let all = Effect::deterministic()
-        .filter(|effect| Kind::of(effect).is_some())
+        .filter(|effect| Kind::new(effect).is_some())
         .map_at_once(|effect| fitted(decay, lengths, &structure, (found, &whole), &effect));
     let mut all: Vec<BesideFit> = all.flatten().filter(|tried| !tried.is_harmonic(decay)).collect();
     all.sort_by(|a, b| a.fit.sum().total_cmp(&b.fit.sum()));
@@ -168,7 +168,7 @@ pub(super) fn beside(releases: &Releases, lengths: &Lengths, found: &Measured) -
     if let Some((prediction, tried)) = predicted.filter(|(p, _)| clearly(p)) {
         let residuals_rad = not_the_laws(decay, &tried);
         return Some(Beside {
-            kind: Kind::of(&tried.effect)?,
+            kind: Kind::new(&tried.effect)?,
             held_out_over_noise: prediction.rms_rad() / decay.noise_rad,
             frequency_rad_s: tried.frequency_rad_s(),
             effect: tried.effect,

@@ -36,7 +36,7 @@ pub struct Curve {
 }
 
 impl Curve {
-    fn of(decay: &FreeDecay, fit: &PieceFit, law: &MeasuredLaw) -> Self {
+    fn new(decay: &FreeDecay, fit: &PieceFit, law: &MeasuredLaw) -> Self {
         let (motion, rest_rad) = fit.structure.motion(&fit.numbers(0), decay.around());
         Self { motion, rest_rad, yaw_rad: law.yaw_rad, rate_rad_s: law.rate_rad_s }
     }
@@ -102,7 +102,7 @@ pub fn measure(
         common.extend(law.no_law());
         let fit = fit_all(releases, &lengths, &trials.with(&law), &common)?;
         if trials.best.is_none() {
-            show(Curve::of(decay, &fit, &law));
+            show(Curve::new(decay, &fit, &law));
         }
         trials.improve(law, fit, false)?;
     }
@@ -151,7 +151,7 @@ pub fn fit_whole(decay: &FreeDecay, structure: &Structure, start: &[f64]) -> Fit
     let piece = Piece::whole(decay);
     let (common, states) = Piece::layout(&[&piece], structure).parted(start);
     let direct = fit_pieces(&[&piece], structure, &common, &states, Until { steps: 60, ..FINE });
-    let lengths = Lengths::of(decay);
+    let lengths = Lengths::new(decay);
     let long = fit_from(&lengths.long, structure, &common, ROUGH);
     // A phase that is lost over the whole record shows in pieces with states of their own.
     let is_lost = direct.sum() > 2.0 * long.sum();
@@ -206,7 +206,7 @@ impl Measured {
 
     /// The law as an equation of motion, with all that it was fitted beside.
     pub fn curve(&self, decay: &FreeDecay) -> Curve {
-        Curve::of(decay, &self.fit, &self.law)
+        Curve::new(decay, &self.fit, &self.law)
     }
 
     /// Numbers of all effects as the fit varies them, one after the other; the law's are last.

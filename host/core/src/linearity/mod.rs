@@ -39,7 +39,7 @@ impl Swings {
     ///
     /// # Errors
     /// Naming the record: no oscillation, too few samples a cycle.
-    pub fn of(records: &[Record]) -> Result<Self> {
+    pub fn new(records: &[Record]) -> Result<Self> {
         let swing = |record: &Record| -> Result<Swing> {
             let settings = Settings { from_deg: 360.0, to_deg: 1e-3, ..Settings::default() };
             let prepared =
@@ -55,7 +55,7 @@ impl Swings {
             let samples: Vec<(f64, f64)> =
                 stretch.time_s.iter().copied().zip(stretch.yaw_deg.iter().copied()).collect();
             let cycles = samples.len() as f64 / per_cycle;
-            Swing::of(&samples, frequency).ok_or_else(|| Error::TooFewCycles {
+            Swing::new(&samples, frequency).ok_or_else(|| Error::TooFewCycles {
                 record: record.file.display().to_string(),
                 cycles,
                 fewest: MIN_CYCLES as f64,

@@ -81,7 +81,7 @@ fn cycles(samples: &[(f64, f64)], frequency: f64) -> Vec<Cycle> {
 
 impl Swing {
     /// Of time and reading; none where it has too few cycles.
-    pub(super) fn of(samples: &[(f64, f64)], frequency: f64) -> Option<Self> {
+    pub(super) fn new(samples: &[(f64, f64)], frequency: f64) -> Option<Self> {
         let half_s = 0.5 * TAU / frequency;
         let first = samples.partition_point(|s| s.0 < samples[0].0 + half_s);
         let samples = samples.get(first..).filter(|left| !left.is_empty())?;

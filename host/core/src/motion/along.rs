@@ -59,7 +59,7 @@ mod tests {
                 damping_ratio: 0.01,
                 yaw_rad: 0.2,
                 rate_rad_s: 0.1,
-                terms: Terms::of([(effect.clone(), numbers)]),
+                terms: Terms::new([(effect.clone(), numbers)]),
             };
             let grid = Grid { start_s: 0.0, step_s: 0.02, count: 300, mean_width_s: 0.02 };
             let point = Grid { mean_width_s: 0.0, ..grid };

@@ -48,7 +48,7 @@ mod tests {
             (Effect::CubicStiffness, &[30.0]),
             (Effect::SensorNonlinearity, &[0.1]),
         ];
-        let mut terms = Terms::of(effects);
+        let mut terms = Terms::new(effects);
         terms.precise = true;
         let motion = Motion {
             natural_frequency_rad_s: 7.0,

@@ -19,7 +19,7 @@ pub(super) struct Linear {
 
 impl Linear {
     /// `None` where no own effect has states, or one that has them is not linear.
-    pub(super) fn of(motion: &Motion) -> Option<Self> {
+    pub(super) fn new(motion: &Motion) -> Option<Self> {
         let with_states = || motion.terms.own().iter().filter(|own| !own.effect.states.is_empty());
         if with_states().next().is_none() || !with_states().all(|own| own.effect.is_linear()) {
             return None;
@@ -106,7 +106,7 @@ impl Linear {
         let by_angle = at(reach_rad) - &states;
         let by_states = course.view((0, 2), (2, k));
         let own = course.fixed_view::<2, 2>(0, 0).into_owned();
-        let of_angle = &by_states * by_angle / reach_rad;
+        let of_angle = by_states * by_angle / reach_rad;
         let all = own + Matrix2::new(of_angle[0], 0.0, of_angle[1], 0.0);
         let given = by_states * states;
         let off = Vector2::new(
@@ -135,8 +135,8 @@ pub(super) struct Late {
 
 impl Late {
     /// Of a motion whose `own` states are these at first; steps of twice `half_s`.
-    pub(super) fn of(motion: &Motion, z: States, half_s: f64) -> Option<Self> {
-        let linear = Linear::of(motion)?;
+    pub(super) fn new(motion: &Motion, z: States, half_s: f64) -> Option<Self> {
+        let linear = Linear::new(motion)?;
         let (k, wn) = (linear.count(), motion.natural_frequency_rad_s);
         // Deflection, rate, states, middle, one.
         let mut all = DMatrix::zeros(k + 4, k + 4);

@@ -29,7 +29,7 @@ pub(super) struct Own {
 }
 
 impl Own {
-    pub(super) fn of(motion: &Motion) -> Self {
+    pub(super) fn new(motion: &Motion) -> Self {
         Self::of_those(motion, |_| true)
     }
 

@@ -86,7 +86,7 @@ impl<'a> Walker<'a> {
             amplitude: motion.amplitude_rad(),
             tolerance: if terms.precise { 1e-10 } else { 5e-8 },
             piece: Piece::at([b, r], terms.dead_zone_rad),
-            own: Own::of(motion),
+            own: Own::new(motion),
             states,
             largest: states.map(f64::abs),
             memories: motion.memories(start_s),

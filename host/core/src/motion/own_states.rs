@@ -64,7 +64,7 @@ impl Motion {
     /// and each in its unit: those of the motion that passes its angle and rate there. Soon after a release from
     /// rest it began there in balance; later on, or where it never was at rest, it has swung for many cycles.
     pub(crate) fn own_states(&self, start_s: f64) -> Vec<f64> {
-        let count = Own::of(self).count;
+        let count = Own::new(self).count;
         self.own_states_at(start_s)[..count].to_vec()
     }
 
@@ -86,9 +86,9 @@ impl Motion {
         if self.amplitude_rad() == 0.0 {
             return self.own_states_held_at(self.yaw_rad);
         }
-        let linear = Linear::of(self);
+        let linear = Linear::new(self);
         if start_s * wn <= FROM_RELEASE * TAU {
-            let release = Trace::of(self, start_s.max(0.0), start_s);
+            let release = Trace::new(self, start_s.max(0.0), start_s);
             let held = |began: &Self, _: Option<States>| began.own_states_held_at(began.yaw_rad);
             let held_at = |yaw_rad: f64| self.own_states_held_at(yaw_rad);
             let near = linear.as_ref().and_then(|l| l.begun(self, release.back_s, &held_at));
@@ -103,7 +103,7 @@ impl Motion {
         if let Some(z) = swinging {
             return z;
         }
-        let cycle = Trace::of(self, TAU / wn, start_s);
+        let cycle = Trace::new(self, TAU / wn, start_s);
         let middle = self.own_states_held_at(self.rest_rad());
         // Once round is where it begins again.
         let round = |_: &Self, last: Option<States>| last.unwrap_or(middle);
@@ -119,7 +119,7 @@ struct Trace<'a> {
 }
 
 impl<'a> Trace<'a> {
-    fn of(motion: &'a Motion, back_s: f64, start_s: f64) -> Self {
+    fn new(motion: &'a Motion, back_s: f64, start_s: f64) -> Self {
         Self { motion, back_s, start_s }
     }
 

@@ -24,7 +24,7 @@ fn motion(effects: &[(Effect, &[f64])]) -> Motion {
         damping_ratio: 0.05,
         yaw_rad: 0.2,
         rate_rad_s: 0.0,
-        terms: Terms::of(effects.iter().cloned()),
+        terms: Terms::new(effects.iter().cloned()),
     }
 }
 

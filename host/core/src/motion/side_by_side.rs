@@ -56,7 +56,7 @@ impl<'a> Four<'a> {
         if !motions.iter().all(|m| m.terms.is_smooth_between_turns()) {
             return None;
         }
-        let moments = Moments::of(motions.map(|m| &m.terms))?;
+        let moments = Moments::new(motions.map(|m| &m.terms))?;
         let fastest = motions.iter().map(|m| m.natural_frequency_rad_s).fold(0.0, f64::max);
         let substeps = substeps(grid, fastest);
         let step_s = grid.step_s / substeps;

@@ -32,7 +32,7 @@ impl Motion {
     ///     damping_ratio: 0.0,
     ///     yaw_rad: 0.2,
     ///     rate_rad_s: 0.0,
-    ///     terms: Terms::of([(Effect::CoulombFriction, &[c][..])]),
+    ///     terms: Terms::new([(Effect::CoulombFriction, &[c][..])]),
     /// };
     /// let step_s = std::f64::consts::PI / wn / 50.0;
     /// let grid = Grid { start_s: 0.0, step_s, count: 51, mean_width_s: 0.0 };
@@ -60,7 +60,7 @@ impl Motion {
         let h = grid.step_s / substeps;
         let own = match terms.swift && !terms.precise && !terms.own().is_empty() {
             false => None,
-            true => SmoothOwn::of(self, [grid.start_s, h]),
+            true => SmoothOwn::new(self, [grid.start_s, h]),
         };
         if own.is_none() && terms.adapts_steps() {
             let steps = (substeps as u64).saturating_mul(grid.count as u64);

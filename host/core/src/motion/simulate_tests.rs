@@ -24,7 +24,7 @@ fn grid(step_s: f64, count: usize) -> Grid {
 /// Half the step, a quarter of the error.
 #[test]
 fn the_error_falls_with_the_square_of_the_step() {
-    let terms = Terms::of([
+    let terms = Terms::new([
         (Effect::QuadraticDamping, &[0.3][..]),
         (Effect::CubicStiffness, &[80.0]),
         (Effect::QuadraticStiffness, &[20.0]),
@@ -49,7 +49,7 @@ fn the_error_falls_with_the_square_of_the_step() {
 #[test]
 fn energy_is_kept_over_a_hundred_cycles() {
     let k3 = 200.0;
-    let motion = released(0.0, Terms::of([(Effect::CubicStiffness, &[k3][..])]));
+    let motion = released(0.0, Terms::new([(Effect::CubicStiffness, &[k3][..])]));
     let (b, r) = motion.readings_and_rates(&grid(TAU / WN / 48.0, 4800));
     let energy = |b: f64, r: f64| 0.5 * (r * r + WN * WN * b * b) + 0.25 * k3 * b.powi(4);
     let first = energy(b[0], r[0]);
@@ -64,7 +64,7 @@ fn energy_is_kept_over_a_hundred_cycles() {
 fn dry_friction_stops_the_swing_where_the_closed_form_does() {
     let c = 0.37;
     let shift = c / (WN * WN);
-    let motion = released(0.0, Terms::of([(Effect::CoulombFriction, &[c][..])]));
+    let motion = released(0.0, Terms::new([(Effect::CoulombFriction, &[c][..])]));
     let mut rest = AMPLITUDE;
     let mut halves = 0;
     while rest.abs() > shift {
@@ -83,7 +83,7 @@ fn dry_friction_stops_the_swing_where_the_closed_form_does() {
 #[test]
 fn free_play_has_the_period_of_the_piecewise_solution() {
     let g = 0.03;
-    let motion = released(0.0, Terms::of([(Effect::FreePlay, &[g][..])]));
+    let motion = released(0.0, Terms::new([(Effect::FreePlay, &[g][..])]));
     let period = TAU / WN + 4.0 * g / (WN * (AMPLITUDE - g));
     let y = motion.readings(&grid(period / 64.0, 64 * 10 + 1));
     for cycle in 0..=10 {
@@ -100,7 +100,7 @@ fn free_play_has_the_period_of_the_piecewise_solution() {
 fn motions_followed_together_are_those_followed_alone() {
     let followed = |frictions: &[f64], force_rad_s2: f64| {
         let motion = |(i, friction): (usize, &f64)| {
-            let terms = Terms::of([
+            let terms = Terms::new([
                 (Effect::CubicDamping, &[0.5 * i as f64][..]),
                 (Effect::HarmonicForcing, &[force_rad_s2, 11.0, 0.4]),
                 (Effect::StaticOffset, &[0.2]),
@@ -133,7 +133,7 @@ fn motions_followed_together_are_those_followed_alone() {
 #[test]
 fn hysteresis_takes_its_loop_out_of_the_energy() {
     let (h, y) = (1.0, 0.002);
-    let motion = released(0.0, Terms::of([(Effect::Hysteresis, &[h, y][..])]));
+    let motion = released(0.0, Terms::new([(Effect::Hysteresis, &[h, y][..])]));
     let half = grid(0.5 * TAU / (WN * 400.0), 401 + 40);
     let (b, r) = motion.readings_and_rates(&half);
     let turn = r.windows(2).position(|r| r[0] < 0.0 && r[1] >= 0.0).expect("a turn");
@@ -148,7 +148,7 @@ fn hysteresis_takes_its_loop_out_of_the_energy() {
 /// Pieces of a swing that begin in its middle follow the same motion as the whole.
 #[test]
 fn a_piece_of_a_hysteretic_swing_is_the_swing() {
-    let motion = released(0.002, Terms::of([(Effect::Hysteresis, &[2.0, 0.08][..])]));
+    let motion = released(0.002, Terms::new([(Effect::Hysteresis, &[2.0, 0.08][..])]));
     let whole = grid(TAU / WN / 50.0, 1000);
     let (b, r) = motion.readings_and_rates(&whole);
     let from = 320;
@@ -172,7 +172,7 @@ fn a_precise_motion_is_that_of_a_hundred_times_finer_steps() {
     ] {
         let grid = Grid { start_s: 0.0, step_s: TAU / 7.0 / 50.0, count: 2000, mean_width_s: 0.0 };
         let of = |grid: &Grid, precise: bool| {
-            let mut terms = Terms::of([(effect.clone(), &[size][..])]);
+            let mut terms = Terms::new([(effect.clone(), &[size][..])]);
             terms.precise = precise;
             Motion { yaw_rad: 0.17, ..released(0.003, terms) }.readings(grid)
         };
@@ -200,7 +200,7 @@ fn a_steep_own_effect_changes_smoothly_with_its_number() {
     let (mut bend_together, mut bend_alone) = (0.0, 0.0);
     for i in 0..40 {
         let c = 0.03 + 0.001 * f64::from(i);
-        let at = |k: f64| released(0.005, Terms::of([(effect.clone(), &[c + k * 4.5e-5][..])]));
+        let at = |k: f64| released(0.005, Terms::new([(effect.clone(), &[c + k * 4.5e-5][..])]));
         let motions = [0.0, 1.0, 2.0].map(at);
         let together = readings_of_all(&motions, &grid);
         let alone: Vec<Vec<f64>> = motions.iter().map(|m| m.readings(&grid)).collect();
@@ -219,7 +219,7 @@ fn a_steep_own_effect_changes_smoothly_with_its_number() {
 #[test]
 fn means_over_a_width_are_those_of_the_samples_in_it() {
     const FINE: usize = 100;
-    let mut terms = Terms::of([(Effect::PendulumGravity, &[WN * WN][..])]);
+    let mut terms = Terms::new([(Effect::PendulumGravity, &[WN * WN][..])]);
     terms.precise = true;
     let motion = Motion { yaw_rad: 1.0, ..released(0.01, terms) };
     let width_s = TAU / WN / 50.0;
@@ -248,7 +248,7 @@ fn what_drives_it_beyond_dry_friction_lets_it_not_stick() {
             (Effect::HarmonicForcing, &[19.0, frequency_rad_s, 1.2]),
         ];
         let motion =
-            Motion { natural_frequency_rad_s: 20.0, ..released(0.017, Terms::of(effects)) };
+            Motion { natural_frequency_rad_s: 20.0, ..released(0.017, Terms::new(effects)) };
         let fine = motion.readings(&grid(0.006 / steps as f64, count * steps));
         fine.into_iter().step_by(steps).collect::<Vec<f64>>()
     };
@@ -272,7 +272,7 @@ fn turning_beside_what_is_smooth_errs_no_more_than_a_kick() {
     let (count, fine) = (1500, 50);
     for beside in [(Effect::CubicStiffness, &[30.0][..]), (Effect::QuadraticDamping, &[0.5])] {
         let effects = [(Effect::CoulombFriction, &[0.02][..]), beside.clone()];
-        let motion = released(0.01, Terms::of(effects));
+        let motion = released(0.01, Terms::new(effects));
         let of = |steps: usize| {
             let fine = motion.readings(&grid(TAU / WN / 48.0 / steps as f64, count * steps));
             fine.into_iter().step_by(steps).collect::<Vec<f64>>()

@@ -14,7 +14,7 @@ impl Motion {
     /// use yawrig_core::effects::{Effect, Terms};
     /// use yawrig_core::motion::simulate::Motion;
     ///
-    /// let terms = Terms::of([(Effect::CoulombFriction, &[0.3][..])]);
+    /// let terms = Terms::new([(Effect::CoulombFriction, &[0.3][..])]);
     /// let (natural_frequency_rad_s, damping_ratio) = (7.0, 0.01);
     /// let motion =
     ///     Motion { natural_frequency_rad_s, damping_ratio, yaw_rad: 0.2, rate_rad_s: 0.0, terms };
@@ -47,7 +47,7 @@ impl Motion {
     /// use yawrig_core::effects::{Effect, Terms};
     /// use yawrig_core::motion::simulate::Motion;
     ///
-    /// let terms = Terms::of([(Effect::CoulombFriction, &[0.3][..])]);
+    /// let terms = Terms::new([(Effect::CoulombFriction, &[0.3][..])]);
     /// let (natural_frequency_rad_s, damping_ratio) = (7.0, 0.01);
     /// let motion =
     ///     Motion { natural_frequency_rad_s, damping_ratio, yaw_rad: 0.2, rate_rad_s: 0.0, terms };
@@ -107,7 +107,7 @@ mod tests {
     }
 
     fn same(effects: &[(Effect, &[f64])], observed: Derivative, steps: usize, within: f64) {
-        let mut terms = Terms::of(effects.iter().cloned());
+        let mut terms = Terms::new(effects.iter().cloned());
         (terms.precise, terms.observed) = (true, observed);
         let motion = Motion {
             natural_frequency_rad_s: 7.0,

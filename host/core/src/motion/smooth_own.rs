@@ -20,7 +20,7 @@ pub(super) struct SmoothOwn {
 
 impl SmoothOwn {
     /// The own effects of `motion` for steps of `step_s` from `start_s` on, where all of them can be followed so.
-    pub(super) fn of(motion: &Motion, [start_s, step_s]: [f64; 2]) -> Option<Self> {
+    pub(super) fn new(motion: &Motion, [start_s, step_s]: [f64; 2]) -> Option<Self> {
         let (terms, wn) = (&motion.terms, motion.natural_frequency_rad_s);
         let (late, others): (Vec<&OwnTerm>, Vec<&OwnTerm>) =
             terms.own().iter().partition(|own| !own.effect.states.is_empty());
@@ -28,7 +28,7 @@ impl SmoothOwn {
         let late = match late.is_empty() {
             true => None,
             false if terms.dead_zone_rad > 0.0 => return None,
-            false => Some(Late::of(motion, motion.own_states_at(start_s), 0.5 * step_s)?),
+            false => Some(Late::new(motion, motion.own_states_at(start_s), 0.5 * step_s)?),
         };
         let prepared = |own: &OwnTerm| own.prepared(wn, terms.wind_speed_m_s).0;
         let mut own = Self {

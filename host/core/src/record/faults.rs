@@ -77,7 +77,7 @@ pub struct Facts {
 
 impl Facts {
     /// Of a record that was analysed from `from_s` to `to_s` with this natural frequency.
-    pub fn of(record: &Record, from_s: f64, to_s: f64, natural_frequency_rad_s: f64) -> Self {
+    pub fn new(record: &Record, from_s: f64, to_s: f64, natural_frequency_rad_s: f64) -> Self {
         let first = record.time_s.partition_point(|t| *t < from_s);
         let last = record.time_s.partition_point(|t| *t <= to_s);
         let (time_s, yaw_deg) = (&record.time_s[first..last], &record.yaw_deg[first..last]);

@@ -29,7 +29,7 @@ pub(crate) fn damped_inverse(mut matrix: Matrix2<f64>, damping: f64) -> Option<M
 
 impl Block {
     /// `None` where the sums are not finite.
-    pub(crate) fn of(normal: &Normal) -> Option<Self> {
+    pub(crate) fn new(normal: &Normal) -> Option<Self> {
         normal.is_finite().then(|| Self {
             matrix: normal.matrix(),
             gradient: normal.gradient(),
@@ -134,7 +134,7 @@ mod tests {
             of_all[3 + 2 * block..5 + 2 * block].copy_from_slice(&own[3..]);
             all.row(residual(k), &of_all);
         }
-        let blocks = each.each_ref().map(|normal| Block::of(normal).unwrap());
+        let blocks = each.each_ref().map(|normal| Block::new(normal).unwrap());
         let found = step(&blocks, 0.0, &|_| (f64::NEG_INFINITY, f64::INFINITY)).unwrap();
         let expected = -all.matrix().cholesky().unwrap().solve(&all.gradient());
         let states = found.states.as_flattened();

@@ -9,7 +9,7 @@ struct Dense {
 }
 
 impl Dense {
-    fn of(problem: &impl Problem, p: &[f64]) -> Self {
+    fn new(problem: &impl Problem, p: &[f64]) -> Self {
         let mut dense =
             Self { parameters: problem.parameters(), residuals: Vec::new(), rows: Vec::new() };
         problem.evaluate(p, &mut dense);
@@ -35,13 +35,13 @@ impl Rows for Dense {
 
 /// All residuals at `p`, in order.
 pub(crate) fn residuals(problem: &impl Problem, p: &[f64]) -> Vec<f64> {
-    Dense::of(problem, p).residuals
+    Dense::new(problem, p).residuals
 }
 
 /// Largest difference between the analytic Jacobian and one by fourth-order central differences,
 /// relative to the largest element of its column.
 pub(crate) fn jacobian_error(problem: &impl Problem, p: &[f64]) -> f64 {
-    let analytic = Dense::of(problem, p);
+    let analytic = Dense::new(problem, p);
     let mut worst = 0.0_f64;
     for j in 0..p.len() {
         let h = 1e-3 * p[j].abs().max(1e-3);

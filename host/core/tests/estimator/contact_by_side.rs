@@ -43,7 +43,7 @@ fn a_stop_on_a_side_is_named_with_its_angle_and_stiffness() {
         (Stops { above: none, below: [40.0, 6.0] }, "stop_below", 2),
         (Stops { above: [40.0, 6.0], below: [25.0, 9.0] }, "stop_above_and_stop_below", 3),
     ] {
-        let decay = FreeDecay::of(&stops.release(30.0, seed)).expect("a free decay");
+        let decay = FreeDecay::from_record(&stops.release(30.0, seed)).expect("a free decay");
         let releases = Releases::one(&decay);
         let found = measure(&releases, &Structure::default(), &[], true, &|_| {}).expect("a law");
         let names = names(&releases, &found).expect("names");

@@ -95,7 +95,7 @@ fn found(rig: impl Fn(f64) -> Planted, by: By, seed: u64) -> Option<Vec<Critical
         }
     }
     let (model, rig) = (ModelEntry::new("planted", 0.6, 0.05), RigEntry::new(0.2, 0.1));
-    let campaign = Campaign::new(model, AirEntry::of(1.2), rig, entries);
+    let campaign = Campaign::new(model, AirEntry::new(1.2), rig, entries);
     let table = Computed::new(&campaign, &identified).unwrap().table("c.toml".as_ref(), "ours");
     table.critical_speed
 }

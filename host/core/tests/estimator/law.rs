@@ -30,7 +30,7 @@ fn number(name: &str, default: u64) -> u64 {
 
 fn case(kind: Kind, seed: u64) -> Case {
     let planted = planted(kind, seed);
-    let decay = FreeDecay::of(&planted.record).expect("a free decay");
+    let decay = FreeDecay::from_record(&planted.record).expect("a free decay");
     let begun = Instant::now();
     let releases = Releases::one(&decay);
     let found = measure(&releases, &Structure::default(), &[], true, &|_| {}).expect("a law");
@@ -204,8 +204,10 @@ fn several(kinds: &[Kind]) {
     let (mut inside, mut of, mut narrower) = (0, 0, 0);
     for &kind in kinds {
         let family = family(kind, seed, releases as usize);
-        let decays: Vec<FreeDecay> =
-            family.iter().map(|p| FreeDecay::of(&p.record).expect("a free decay")).collect();
+        let decays: Vec<FreeDecay> = family
+            .iter()
+            .map(|p| FreeDecay::from_record(&p.record).expect("a free decay"))
+            .collect();
         let spring = |p: &Planted| usize::from(p.spring > 1.0);
         let all: Vec<_> = decays.iter().zip(&family).map(|(d, p)| (d, spring(p))).collect();
         let all = Releases::new(&all);

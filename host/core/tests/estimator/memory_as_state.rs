@@ -63,7 +63,8 @@ fn a_lag_of_angle_and_one_of_rate_are_found_again() {
     let mut outside = 0;
     for lag in [OF_ANGLE, OF_RATE] {
         for seed in 1..=8 {
-            let decay = FreeDecay::of(&lag.release(15.0, 12.0, seed)).expect("a free decay");
+            let decay =
+                FreeDecay::from_record(&lag.release(15.0, 12.0, seed)).expect("a free decay");
             let fit = fitted(&lag, &decay, 1.0);
             let numbers = fit.effect_parameters();
             let off = |k: usize, truth: f64| (numbers[k].1.value - truth) / numbers[k].1.u;
@@ -137,7 +138,7 @@ fn a_strong_lag_is_released_where_it_was_let_go() {
         let slope = |[b, r, x]: [f64; 3]| [r, -49.0 * b - 0.084 * r - 13.0 * x, r - x / 0.3];
         let record = let_go([12f64.to_radians(), 0.0, 0.0], slope, 17.0, seed);
         let found = diagnose(from_ref(&record), &Grouping::default(), &Options::default()).unwrap();
-        let released_s = FreeDecay::of(&record).expect("a free decay").release_time_s;
+        let released_s = FreeDecay::from_record(&record).expect("a free decay").release_time_s;
         let last = found.diagnosis.steps.last().expect("a step");
         let names: Vec<&str> = found.diagnosis.effects.iter().map(Effect::id).collect();
         let q = last.parameters["first_order_lag.a"];

@@ -75,7 +75,7 @@ fn every_derivative_is_identified_as_the_angle_is() {
 
 /// What is fitted with one effect, from the record of a motion with it.
 fn fitted(record: &Record, effect: &Effect) -> (FreeDecay, Fitted) {
-    let decay = FreeDecay::of(record).unwrap();
+    let decay = FreeDecay::from_record(record).unwrap();
     let zero_unknown = !record.measurand.shows_rest();
     let structure = Structure { zero_unknown, ..Structure::default() };
     let plain = fit_plain_within(&decay, &structure, decay.yaw_rad.len());

@@ -60,7 +60,7 @@ impl Case {
         let samples = Samples::with_effects(&modal, &effects, &start, &sensor, seed).ok()?;
         let yaw_deg: Vec<f64> = samples.map(|s| s.yaw_deg).collect();
         let time_s = (0..yaw_deg.len()).map(|k| k as f64 / RATE_HZ).collect();
-        FreeDecay::of(&Record::new("planted", time_s, yaw_deg)).ok()
+        FreeDecay::from_record(&Record::new("planted", time_s, yaw_deg)).ok()
     }
 
     fn first(&self) -> Option<FreeDecay> {

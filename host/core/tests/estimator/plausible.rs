@@ -172,7 +172,7 @@ fn doubted(made: &Made) -> Vec<Doubt> {
             let found = identify(&record, &[Method::LeastSquares], &Settings::default());
             let found = Identified::of(found.expect(&made.about)).expect("an estimate");
             let wn = found.natural_frequency_rad_s.value;
-            let facts = Facts::of(&record, found.from_s, found.to_s, wn);
+            let facts = Facts::new(&record, found.from_s, found.to_s, wn);
             (found, facts)
         })
         .collect();
@@ -188,7 +188,7 @@ fn describe(rig: &Rig, planned: &[Planned]) -> Campaign {
     });
     Campaign::new(
         ModelEntry::new("sound", rig.model.length_m, rig.model.frontal_area_m2),
-        AirEntry::of(rig.air_density_kg_m3),
+        AirEntry::new(rig.air_density_kg_m3),
         RigEntry::new(rig.spring_arm_m, rig.axis_offset_m),
         release.collect(),
     )

@@ -20,7 +20,7 @@ fn record_of(noise_deg: f64, adc_step_deg: f64, damping_ratio: f64, seed: u64) -
 
 fn faults(record: &Record) -> Vec<FaultKind> {
     let end = record.time_s[record.len() - 1];
-    Facts::of(record, 1.2, end, WN).faults.into_iter().map(|fault| fault.kind).collect()
+    Facts::new(record, 1.2, end, WN).faults.into_iter().map(|fault| fault.kind).collect()
 }
 
 #[test]
@@ -89,7 +89,7 @@ fn samples_that_are_lost_or_twice_are_found_whatever_the_clock_says() {
 
 #[test]
 fn copies_are_known_by_their_readings() {
-    let of = |record: &Record| Facts::of(record, 1.2, 30.0, WN);
+    let of = |record: &Record| Facts::new(record, 1.2, 30.0, WN);
     let (one, other) = (record_of(0.05, 0.005, 0.005, 1), record_of(0.05, 0.005, 0.005, 2));
     // A part of the first, on another clock.
     let part = |range: std::ops::Range<usize>| {

@@ -60,7 +60,7 @@ fn no_stamps_make_it_panic() {
     for seed in 0..1200 {
         let record = swing(&mut ChaCha8Rng::seed_from_u64(seed));
         identified += u32::from(identify(&record, &methods, &Settings::default()).is_ok());
-        let Ok(decay) = FreeDecay::of(&record) else { continue };
+        let Ok(decay) = FreeDecay::from_record(&record) else { continue };
         decays += 1;
         let _ = fit_plain(&decay, false, decay.yaw_rad.len());
         if decays % 40 == 0 {

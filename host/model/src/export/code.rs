@@ -31,7 +31,7 @@ struct Dialect {
 }
 
 impl Dialect {
-    fn of(target: Target) -> Self {
+    fn new(target: Target) -> Self {
         match target {
             Target::Python => Self {
                 target,
@@ -188,7 +188,7 @@ pub fn written(
     releases: &[Release],
     covariance: Option<&Covariance>,
 ) -> Result<String> {
-    let dialect = Dialect::of(target);
+    let dialect = Dialect::new(target);
     let name = identifier(target, file)?;
     let Equations { spring, moments, readings, sticks, memory } = equations(&dialect, effects)?;
     let numbers: Vec<String> =

@@ -34,7 +34,7 @@ pub enum What {
 pub fn exported(path: &Path, what: What, name: &Path) -> Result<String> {
     let model = Model::read(path)?;
     let effects: Vec<Effect> = model.effects.iter().map(|e| e.effect.clone()).collect();
-    let data = Data::of(&model, path)?;
+    let data = Data::new(&model, path)?;
     if let (What::Code(_), false) = (what, data.measurand().is_angle()) {
         let quantity = data.measurand().quantity();
         let why = format!(
@@ -56,7 +56,7 @@ pub fn exported(path: &Path, what: What, name: &Path) -> Result<String> {
     match what {
         What::Table => table::written(&releases),
         What::Code(target) => {
-            let journal = Journal::of(path)?;
+            let journal = Journal::new(path)?;
             let covariance = journal.covariance_of(&read_text(path)?);
             code::written(target, path, name, &effects, &releases, covariance)
         }

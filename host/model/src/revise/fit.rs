@@ -93,7 +93,7 @@ fn fit_in(
     model: &Model,
     asked: &RevisionRequest,
 ) -> Result<(Revision, Current, Data)> {
-    let data = Data::of(model, store.path())?;
+    let data = Data::new(model, store.path())?;
     let before = match &old {
         Some(old) => as_it_is(old, &data).ok().map(|a| a.residuals),
         None => None,

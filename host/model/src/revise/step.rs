@@ -47,7 +47,7 @@ pub(crate) struct Current {
 }
 
 impl Current {
-    fn of(model: &Model, data: &Data, fit: JointFit) -> Result<Self> {
+    fn new(model: &Model, data: &Data, fit: JointFit) -> Result<Self> {
         Self::found(model, data, fit)?.settled()
     }
 
@@ -80,7 +80,7 @@ impl Current {
     }
 
     pub fn fitted(model: &Model, data: &Data) -> Result<Self> {
-        Self::of(model, data, model_fit::fit(model, data)?)
+        Self::new(model, data, model_fit::fit(model, data)?)
     }
 
     /// Of each record, those held out behind those fitted.

@@ -28,7 +28,7 @@ pub struct Standing {
 
 impl Standing {
     pub fn read(path: &Path) -> Self {
-        let journal = Journal::of(path);
+        let journal = Journal::new(path);
         let fault = journal.as_ref().err().cloned();
         let steps = Arc::new(journal.map(|j| j.steps).unwrap_or_default());
         if !disk::exists(path) {

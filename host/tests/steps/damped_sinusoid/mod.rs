@@ -81,7 +81,7 @@ fn unit(v: f64, (lo, hi): (f64, f64)) -> f64 {
 }
 
 impl Scaling {
-    pub fn of(train: &Draws) -> Self {
+    pub fn new(train: &Draws) -> Self {
         let rows = || train.features.chunks_exact(BINS + 1);
         let bins = rows().flat_map(|r| &r[..BINS]).fold(0.0, |m: f64, v| m.max(v.abs()));
         let rates = || rows().map(|r| r[BINS]);

@@ -16,7 +16,7 @@ pub(super) struct Cause {
 }
 
 impl Cause {
-    pub(super) fn of(numbers: &[f64]) -> Self {
+    pub(super) fn new(numbers: &[f64]) -> Self {
         let lags = numbers[2..].chunks_exact(2).map(|lag| [lag[0], lag[1].exp()]).collect();
         Self { a0: numbers[0], a1: numbers[1], lags }
     }
@@ -74,12 +74,12 @@ mod tests {
     fn slopes_are_those_of_finite_changes() {
         let numbers = [0.5, -0.125, -0.09, 0.55f64.ln(), 0.03, 2f64.ln()];
         let motion = [-0.04, 0.7];
-        let (_, slopes) = Cause::of(&numbers).columns(motion);
+        let (_, slopes) = Cause::new(&numbers).columns(motion);
         for (i, slope) in slopes.iter().enumerate() {
             let changed = |by: f64| {
                 let mut numbers = numbers;
                 numbers[i] += by;
-                Cause::of(&numbers).columns(motion).0
+                Cause::new(&numbers).columns(motion).0
             };
             let (up, down) = (changed(1e-6), changed(-1e-6));
             for c in 0..2 {

@@ -139,7 +139,7 @@ impl<'a> Weighed<'a> {
             [0, 1].into_iter().chain(order.iter().flat_map(|k| [2 * k + 2, 2 * k + 3])).collect();
         let numbers: Vec<f64> = places.iter().map(|&i| found.parameters[i]).collect();
         Fitted {
-            cause: Cause::of(&numbers),
+            cause: Cause::new(&numbers),
             covariance: covariance.select_rows(&places).select_columns(&places),
             chi_squared: found.sum_of_squares,
             degrees: self.columns.values.len() - count,
@@ -177,7 +177,7 @@ impl<'a> Weighed<'a> {
 
     /// What the numbers leave, and the slopes of it.
     fn weighed(&self, numbers: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
-        let cause = Cause::of(numbers);
+        let cause = Cause::new(numbers);
         let mut residuals = -self.columns.values.clone();
         let mut slopes = DMatrix::zeros(residuals.len(), numbers.len());
         for (k, motion) in self.columns.motions.iter().enumerate() {

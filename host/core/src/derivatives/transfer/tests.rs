@@ -180,7 +180,7 @@ fn campaign(
         }),
         ..Campaign::new(
             ModelEntry::new("planted", MODEL.length_m, MODEL.frontal_area_m2),
-            AirEntry { density_u_kg_m3: Some(1.2 * stated.density), ..AirEntry::of(1.2) },
+            AirEntry { density_u_kg_m3: Some(1.2 * stated.density), ..AirEntry::new(1.2) },
             RigEntry::new(0.1, 0.05),
             releases,
         )

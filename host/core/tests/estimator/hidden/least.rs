@@ -29,7 +29,7 @@ pub fn ladder(plan: &Plan, strengths: &[f64]) -> Vec<Planted> {
         let noise_seed = rng.random_range(0..u64::MAX);
         let Some(mut law) = scaled(&setup, law, MEASURED_AT, noise_seed) else { continue };
         let planted = simulate(&setup, std::slice::from_ref(&law), noise_seed);
-        let Ok(decay) = FreeDecay::of(&planted.record) else { continue };
+        let Ok(decay) = FreeDecay::from_record(&planted.record) else { continue };
         let Some(least) = least(&setup, &law, &planted, &decay, noise_seed) else { continue };
         law.weaken(least);
         let at = |strength: &f64| {
@@ -68,7 +68,7 @@ fn random(setup: &Setup, law: &Law, noise_seed: u64, expected: f64) -> Option<f6
         let mut law = law.clone();
         law.weaken(middle.exp());
         let planted = simulate(setup, std::slice::from_ref(&law), noise_seed);
-        let decay = FreeDecay::of(&planted.record).ok()?;
+        let decay = FreeDecay::from_record(&planted.record).ok()?;
         let plain = fit_plain(&decay, false, decay.yaw_rad.len());
         let without = plain.sum_of_squares / planted.noise_rad.powi(2);
         let left: Vec<f64> = plain.residuals.iter().map(|r| r / planted.noise_rad).collect();

@@ -150,7 +150,7 @@ pub fn plant(plan: &Plan) -> Planted {
         let sampled = Setup { rate_hz: plan.rate_hz.unwrap_or(setup.rate_hz), ..setup };
         let planted = simulate(&sampled, &laws, noise_seed);
         // The sum of two may still give no oscillation.
-        if is_swing(&planted.record) && FreeDecay::of(&planted.record).is_ok() {
+        if is_swing(&planted.record) && FreeDecay::from_record(&planted.record).is_ok() {
             return planted;
         }
     }
@@ -167,7 +167,7 @@ pub fn scaled(setup: &Setup, mut law: Law, target: f64, noise_seed: u64) -> Opti
         if !is_swing(&planted.record) {
             return None;
         }
-        let decay = FreeDecay::of(&planted.record).ok()?;
+        let decay = FreeDecay::from_record(&planted.record).ok()?;
         if (decay.yaw_rad.len() as f64) < 5.0 * decay.per_cycle() {
             law.scale(0.3);
             left /= 0.3;
@@ -272,7 +272,7 @@ fn mean_noise(errors: &[f64], record: &Record) -> f64 {
     if !is_swing(record) {
         return f64::NAN;
     }
-    let Ok(decay) = FreeDecay::of(record) else { return f64::NAN };
+    let Ok(decay) = FreeDecay::from_record(record) else { return f64::NAN };
     let blocks = errors.chunks_exact(decay.block);
     let n = blocks.len() as f64;
     let sum: f64 = blocks.map(|b| (b.iter().sum::<f64>() / decay.block as f64).powi(2)).sum();
