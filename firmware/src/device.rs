@@ -97,7 +97,7 @@ impl<F: NorFlash> Device<F> {
     /// be.
     #[inline(always)]
     pub fn stopped(flash: F, board: &'static str) -> Self {
-        Self::of(flash, board)
+        Self::empty(flash, board)
     }
 }
 
@@ -105,13 +105,13 @@ impl<F: NorFlash> Device<F, false> {
     /// As [`Device::stopped`], one that cannot be locked: checking signatures takes 14 kB of code.
     #[inline(always)]
     pub fn without_lock(flash: F, board: &'static str) -> Self {
-        Self::of(flash, board)
+        Self::empty(flash, board)
     }
 }
 
 impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
     #[inline(always)]
-    fn of(flash: F, board: &'static str) -> Self {
+    fn empty(flash: F, board: &'static str) -> Self {
         Self {
             decoder: Decoder::new(),
             core: Core {
@@ -119,7 +119,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
                 measuring: Measuring::new(Settings::default()),
                 refining: Refining::new(),
                 linearity: Linearity::new(),
-                store: Store::of(flash),
+                store: Store::empty(flash),
                 network: Network::empty(),
                 running: None,
                 trial: None,

@@ -70,12 +70,12 @@ pub struct Store<F, const LOCKABLE: bool = true> {
 
 impl<F: NorFlash> Store<F> {
     pub const fn new(flash: F) -> Self {
-        Self::of(flash)
+        Self::empty(flash)
     }
 }
 
 impl<F: NorFlash, const LOCKABLE: bool> Store<F, LOCKABLE> {
-    pub(crate) const fn of(flash: F) -> Self {
+    pub(crate) const fn empty(flash: F) -> Self {
         Self { flash, update: None, sound: [false; 2], erased: [false; 2] }
     }
 

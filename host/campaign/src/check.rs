@@ -151,6 +151,10 @@ fn unplaced(path: &Path, kind: Kind, error: &Error) -> Doubt {
 }
 
 fn of(record: &Record) -> Result<Identified> {
-    Identified::of(identify(record, &[Method::LeastSquares], &Settings::default())?)
-        .ok_or_else(|| Error::internal(format!("{}: no estimate", record.file.display())))
+    Identified::from_identification(identify(
+        record,
+        &[Method::LeastSquares],
+        &Settings::default(),
+    )?)
+    .ok_or_else(|| Error::internal(format!("{}: no estimate", record.file.display())))
 }

@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (name, mode) in [("off", [7.785, 0.004]), ("on", [7.308, 0.011])] {
         let record = made::release(name, mode, 12.0, &[]);
         let found = identify(&record, &[Method::LeastSquares], &Settings::default())?;
-        identified.extend(Identified::of(found));
+        identified.extend(Identified::from_identification(found));
     }
     let table = Computed::new(&campaign, &identified)?.table("campaign.toml".as_ref(), "mine");
     for point in &table.points {

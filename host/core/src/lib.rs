@@ -29,14 +29,13 @@
 //! | residual | model less record; *over noise*: its rms on block means over the noise of such a mean |
 //! | held out | data that a model was not fitted to, with the state estimated anew, on which it is tried |
 //! | joint fit, shared parameters | one fit to several releases that have some numbers in common |
-//! | evidence | a difference of BIC ([`bic`]) |
+//! | evidence (`delta_bic`) | a difference of BIC ([`bic`]) |
 //!
 //! Signs: yaw angle b and rate r positive to one side, moments divided by Izz; damping ratio negative where
 //! the oscillation grows; Cn_beta > 0 lowers the stiffness, Cn_r < 0 adds damping (the thesis's convention).
 #![forbid(unsafe_code)]
 #![warn(missing_docs, unnameable_types, unreachable_pub)]
 
-pub(crate) mod at_once;
 pub mod bic;
 pub mod derivatives;
 pub mod diagnosis;
@@ -48,6 +47,7 @@ pub mod identify;
 pub mod law;
 pub mod linearity;
 pub mod motion;
+pub(crate) mod par_map;
 pub mod plan;
 pub mod quantity;
 pub mod record;

@@ -23,7 +23,7 @@ pub(super) fn by_records(file: &CampaignFile) -> Result<Vec<(ReleaseEntry, Ident
         let record = file.record(index)?;
         let found = identify(&record, &[Method::LeastSquares], &Settings::default())?;
         let nothing = || Error::internal(format!("{}: no estimate", record.file.display()));
-        Ok((entry.clone(), Identified::of(found).ok_or_else(nothing)?))
+        Ok((entry.clone(), Identified::from_identification(found).ok_or_else(nothing)?))
     };
     file.campaign.release.iter().enumerate().map(one).collect()
 }

@@ -306,7 +306,7 @@ fn narrowed(file: &CampaignFile, name: &str, of: Of) -> Result<Vec<Narrowed>> {
         progress.one();
         let record = file.record(index)?;
         let found = identify(&record, &[Method::LeastSquares], &Settings::default())?;
-        Identified::of(found).ok_or_else(|| {
+        Identified::from_identification(found).ok_or_else(|| {
             let path = file.record_path(index);
             Error::data(format!("{}: nothing is identified in it", path.display()))
                 .help("leave it out of the campaign")

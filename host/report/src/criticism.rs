@@ -24,7 +24,7 @@ pub fn candidates(candidates: &[diagnose::Candidate]) -> Vec<CandidateRow> {
     let row = |c: &diagnose::Candidate| CandidateRow {
         effect: c.effect.id().to_owned(),
         residual_over_noise: c.residual_over_noise,
-        evidence: c.evidence,
+        evidence: c.delta_bic,
         converged: c.converged,
     };
     candidates.iter().map(row).collect()

@@ -36,7 +36,7 @@ pub struct Also<'a> {
 pub fn of_campaign(path: &Path, also: &Also, made: Made) -> Result<Report> {
     let Also { settings, options, beside } = *also;
     let identified = |record: &Record| {
-        Identified::of(identify(record, &[Method::LeastSquares], settings)?)
+        Identified::from_identification(identify(record, &[Method::LeastSquares], settings)?)
             .ok_or_else(|| Error::internal(format!("{}: no estimate", record.file.display())))
     };
     let method = method_name(Method::LeastSquares);

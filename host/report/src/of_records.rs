@@ -209,7 +209,7 @@ fn release(
     let over_noise = verdict.residual_over_noise;
     let answer = Answer::new(&with, &verdict.modal, &criticism.effects, over_noise);
     // In the order of their evidence.
-    let alone = d.candidates.iter().filter(|c| c.converged && c.evidence > 0.0).filter_map(|c| {
+    let alone = d.candidates.iter().filter(|c| c.converged && c.delta_bic > 0.0).filter_map(|c| {
         let of = |single: &&Fitted| single.structure.effects.last() == Some(&c.effect);
         Some((c.effect.id(), singles.iter().find(of)?))
     });

@@ -158,7 +158,7 @@ pub fn candidate(
     let mut out = described(effect.clone(), measurand);
     let ranked = diagnosed.and_then(|d| d.diagnosis.candidates.iter().find(|c| c.effect == effect));
     let found = ranked
-        .map(|c| (c.evidence, c.residual_over_noise, c.converged))
+        .map(|c| (c.delta_bic, c.residual_over_noise, c.converged))
         .or_else(|| tried.map(|g| (g.evidence, g.over_noise, g.fitted.converged)));
     if let Some((evidence, over_noise, converged)) = found {
         out["evidence"] = json!(short(evidence));

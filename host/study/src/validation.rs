@@ -55,7 +55,8 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
                 (setting.progress)(&format!("validation: {name}, {title}"));
                 evaluate(&campaign, title, &|record: &Record| {
                     let found = identify(record, &[*method], &Settings::default())?;
-                    Identified::of(found).ok_or_else(|| Error::internal("no answer"))
+                    Identified::from_identification(found)
+                        .ok_or_else(|| Error::internal("no answer"))
                 })
             })
             .collect::<Result<_>>()?;

@@ -27,7 +27,7 @@ fn evaluated(seed: u64) -> Table {
             let (time_s, yaw_deg) = samples.map(|sample| (sample.time_s, sample.yaw_deg)).unzip();
             let record = Record::new(release.file.clone(), time_s, yaw_deg);
             let found = identify(&record, &[Method::LeastSquares], &Settings::default()).unwrap();
-            Identified::of(found).unwrap()
+            Identified::from_identification(found).unwrap()
         })
         .collect();
     let campaign = describe(&rig, &planned);

@@ -83,7 +83,7 @@ pub fn planted(wanted: &Wanted) -> (Campaign, Vec<Record>) {
 fn undiagnosed(file: &Campaign, records: &[Record]) -> Option<Vec<Point>> {
     let one = |record| {
         let found = identify(record, &[Method::LeastSquares], &Settings::default());
-        Identified::of(found.unwrap()).unwrap()
+        Identified::from_identification(found.unwrap()).unwrap()
     };
     let identified: Vec<Identified> = records.par_iter().map(one).collect();
     let computed = Computed::new(file, &identified).ok()?;

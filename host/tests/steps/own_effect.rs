@@ -124,7 +124,7 @@ fn an_own_effect_is_named_where_it_is_the_one() {
     let found = diagnose(from_ref(&record), &Grouping::default(), &options).unwrap().diagnosis;
     println!("{:?} {:?}", found.status, found.effects);
     for c in found.candidates.iter().take(4) {
-        println!("  {} {:.3} {:.1}", c.effect, c.residual_over_noise, c.evidence);
+        println!("  {} {:.3} {:.1}", c.effect, c.residual_over_noise, c.delta_bic);
     }
     assert_eq!(found.status, Status::Explained);
     assert_eq!(found.candidates[0].effect, effect);
@@ -142,10 +142,10 @@ fn a_copy_of_an_effect_of_the_library_cannot_be_told_from_it() {
     let found = diagnose(from_ref(&record), &Grouping::default(), &options).unwrap().diagnosis;
     let [first, second] = [0, 1].map(|k| found.candidates[k].clone());
     println!("{:?} {:?} {:?}", found.status, found.effects, found.indistinguishable);
-    println!("evidence {:.4} {:.4}", first.evidence, second.evidence);
+    println!("evidence {:.4} {:.4}", first.delta_bic, second.delta_bic);
     let pair = [Effect::CubicStiffness, copy];
     assert!(pair.contains(&first.effect) && pair.contains(&second.effect));
-    assert!((first.evidence - second.evidence).abs() < 0.1);
+    assert!((first.delta_bic - second.delta_bic).abs() < 0.1);
     assert!(found.effects.len() == 1 && pair.contains(&found.effects[0]));
     assert!(found.indistinguishable.iter().any(|p| pair.contains(&p[0]) && pair.contains(&p[1])));
 }

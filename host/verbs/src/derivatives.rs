@@ -123,7 +123,7 @@ impl Derivatives {
             let table = evaluate(file, &name(method)?, &|record: &Record| {
                 let found = identify(record, &[method], &settings)?;
                 progress(done.fetch_add(1, Ordering::Relaxed) + 1, all);
-                Identified::of(found).ok_or_else(|| {
+                Identified::from_identification(found).ok_or_else(|| {
                     Error::internal(format!("{}: no estimate", record.file.display()))
                 })
             })?;

@@ -181,7 +181,7 @@ fn candidate_rows(d: &Diagnosis, model: &str) -> String {
     let mut rows = bare(&["effect alone", "over noise", "difference of BIC"]);
     for c in d.candidates.iter().take(5) {
         let evidence =
-            if c.converged { format!("{:.1}", c.evidence) } else { "not converged".to_string() };
+            if c.converged { format!("{:.1}", c.delta_bic) } else { "not converged".to_string() };
         rows.add_row([c.effect.to_string(), format!("{:.3}", c.residual_over_noise), evidence]);
     }
     let of = match (d.only().is_some(), d.held_out) {

@@ -69,7 +69,7 @@ pub fn root() -> PathBuf {
 }
 
 /// Words, `::`, and every other character by itself; what is no code, and modules for tests, left out.
-fn tokens(text: &str) -> Vec<String> {
+pub fn tokens(text: &str) -> Vec<String> {
     const FOR_TESTS: [&str; 8] = ["#", "[", "cfg", "(", "test", ")", "]", "mod"];
     fn gather(code: TokenStream, out: &mut Vec<String>) {
         let mut is_half = false;
@@ -110,7 +110,7 @@ fn tokens(text: &str) -> Vec<String> {
     out
 }
 
-fn is_word(token: &str) -> bool {
+pub fn is_word(token: &str) -> bool {
     token.starts_with(|x: char| x.is_alphabetic() || x == '_')
 }
 

@@ -27,3 +27,4 @@ mod report;
 mod soak;
 mod stepped;
 mod unplugged;
+mod words;

@@ -58,7 +58,7 @@ impl Identified {
     /// The first method's answer of an identification, `None` where no method had one: its one mode over the
     /// whole window, not the mean over it, since derivatives are those of a linear model, and the uncertainty
     /// has to hold what that lacks.
-    pub fn of(identification: Identification) -> Option<Self> {
+    pub fn from_identification(identification: Identification) -> Option<Self> {
         let window = identification.window;
         let estimate = identification.estimates.into_iter().next()?;
         let stored = || OneMode {

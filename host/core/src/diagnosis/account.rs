@@ -1,6 +1,5 @@
 //! How much of what a plain model misses the surviving effects account for, and what is left.
 
-use crate::at_once::AtOnce;
 use crate::bic;
 use crate::diagnosis::answer::Candidate;
 use crate::diagnosis::flexible::is_simple;
@@ -13,6 +12,7 @@ use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::fitting::{polished, refitted, Fitted, Limit, Number};
 use crate::fit::free_decay::FreeDecay;
+use crate::par_map::ParMap;
 use crate::quantity::{Quantity, CHANCE};
 use std::collections::BTreeMap;
 
@@ -55,7 +55,7 @@ fn candidates(
             reason: reason.map(|at| refused.swap_remove(at).reason),
             effect,
             residual_over_noise: (single.fit.sum() / count).sqrt() / decay.noise_rad,
-            evidence: bic::gain(plain, single.fit.sum(), independent, more),
+            delta_bic: bic::gain(plain, single.fit.sum(), independent, more),
             converged: single.fit.converged,
         }
     };
@@ -133,7 +133,7 @@ pub(crate) fn account(
     )?;
     let smaller = &survivors.path[..survivors.path.len() - 1];
     let fits: Vec<Fitted> =
-        smaller.iter().map_at_once(|judged| of_judged(decay, &survivors, judged)).collect();
+        smaller.iter().par_map(|judged| of_judged(decay, &survivors, judged)).collect();
     decay.stop.check()?;
     let rest = known.rest_rad().expect("a rest angle that was fitted");
     let offset = !zero_unknown && !rest.holds(0.0, CHANCE);

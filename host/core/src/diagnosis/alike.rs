@@ -1,11 +1,11 @@
 //! Effects that predict as well in the place of one that survives: what a record cannot distinguish.
 
-use crate::at_once::AtOnce;
 use crate::diagnosis::over_pieces::Model;
 use crate::diagnosis::prediction::MIN_GAIN;
 use crate::diagnosis::survivors::{judged, PredictedModel, Survivors};
 use crate::effects::Effect;
 use crate::error::Result;
+use crate::par_map::ParMap;
 
 /// For an effect that survives, every other that predicts as well in its place and is `allowed`.
 ///
@@ -32,7 +32,7 @@ pub(super) fn alike(
         .collect();
     let mut found: Vec<[Effect; 2]> = rivals
         .into_iter()
-        .map_at_once(|(pair, model)| {
+        .par_map(|(pair, model)| {
             let rival = judged(&survivors.lengths, model.clone());
             (!last.predicts_better_than(&rival) && allowed(&rival)).then_some(pair)
         })

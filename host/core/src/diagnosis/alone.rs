@@ -1,11 +1,11 @@
 //! The releases of a rig, each judged by itself, and what their answers say together.
 
-use crate::at_once::AtOnce;
 use crate::diagnosis::answer::{Candidate, Diagnosed, Options, Status};
 use crate::diagnosis::one::of_one;
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::free_decay::FreeDecay;
+use crate::par_map::ParMap;
 use crate::record::Record;
 use std::collections::BTreeMap;
 
@@ -28,7 +28,7 @@ impl Alone {
             let options = options.in_wind(decays[i].wind_speed_m_s);
             of_one(&records[i], decays[i].clone(), &options)
         };
-        let answers = which.iter().map_at_once(one).collect::<Result<_>>()?;
+        let answers = which.iter().par_map(one).collect::<Result<_>>()?;
         Ok(Self { which, answers })
     }
 
@@ -99,10 +99,10 @@ impl Alone {
             for c in &answer.diagnosis.candidates {
                 let square = n * c.residual_over_noise.powi(2);
                 let first =
-                    || (Candidate { residual_over_noise: 0.0, evidence: 0.0, ..c.clone() }, 0.0);
+                    || (Candidate { residual_over_noise: 0.0, delta_bic: 0.0, ..c.clone() }, 0.0);
                 let (sum, count) = all.entry(c.effect.clone()).or_insert_with(first);
                 sum.residual_over_noise += square;
-                sum.evidence += c.evidence;
+                sum.delta_bic += c.delta_bic;
                 sum.converged &= c.converged;
                 if sum.reason.is_none() {
                     sum.reason.clone_from(&c.reason);
@@ -115,7 +115,7 @@ impl Alone {
             Candidate { residual_over_noise, ..c }
         };
         let mut out: Vec<Candidate> = all.into_values().map(mean).collect();
-        out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        out.sort_by(|a, b| b.delta_bic.total_cmp(&a.delta_bic));
         out
     }
 }

@@ -69,7 +69,8 @@ pub struct Candidate {
     /// What the model with it leaves, over the noise of block means: about 1 where nothing is missing.
     pub residual_over_noise: f64,
     /// Difference of BIC in favour of the model with it; above [`crate::bic::MARGIN`] it is believed.
-    pub evidence: f64,
+    #[serde(rename = "evidence")]
+    pub delta_bic: f64,
     /// Whether its fit reached a minimum; what has not is not ranked.
     pub converged: bool,
     /// Why it does not stand although it helps: numbers that physics forbids or that the record does not fix.

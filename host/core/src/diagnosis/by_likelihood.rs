@@ -1,6 +1,5 @@
 //! The answer by likelihood: which effects, or which random forcing, bring a model down to the noise.
 
-use crate::at_once::AtOnce;
 use crate::diagnosis::answer::{
     earlier_count, hold_least, step, Candidate, Diagnosed, Diagnosis, HeldOut, Status, Step,
 };
@@ -15,6 +14,7 @@ use crate::effects::{Acts, Effect};
 use crate::error::Result;
 use crate::fit::fitting::{refit, Fitted};
 use crate::fit::free_decay::FreeDecay;
+use crate::par_map::ParMap;
 use crate::record::Record;
 use crate::statistics::rare_chi_squared;
 use std::collections::BTreeMap;
@@ -182,12 +182,12 @@ fn buffeted_verdict(
         }
     }
     let mut candidates = candidates(decay, plain, &start.singles, &[]);
-    let evidence = buffeting::gain_over(decay, plain, b);
+    let delta_bic = buffeting::gain_over(decay, plain, b);
     let random = Candidate {
         reason: None,
         effect: Effect::random(),
         residual_over_noise: b.over_noise,
-        evidence,
+        delta_bic,
         converged: true,
     };
     candidates.insert(0, random);
@@ -223,7 +223,7 @@ fn steps(decay: &FreeDecay, path: &[Fitted]) -> Vec<Step> {
         let new = |e: &Effect| k > 0 && !path[k - 1].structure.effects.contains(e);
         step(decay, &path[k], path[k].structure.effects.iter().find(|e| new(e)))
     };
-    (0..path.len()).map_at_once(of).collect()
+    (0..path.len()).par_map(of).collect()
 }
 
 fn candidates(
@@ -246,7 +246,7 @@ fn candidates(
                 reason: refused.map(|refused| refused.reason.clone()),
                 effect,
                 residual_over_noise: single.over_noise(decay),
-                evidence: single.bic().gain_over(&plain.bic()),
+                delta_bic: single.bic().gain_over(&plain.bic()),
                 converged: single.converged,
             }
         })

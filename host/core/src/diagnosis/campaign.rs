@@ -1,7 +1,6 @@
 //! What only the verdict on a campaign says: where each effect comes from, random forcing release by release,
 //! and what the effects do to the derivatives.
 
-use crate::at_once::AtOnce;
 use crate::derivatives::condition::Identified;
 use crate::derivatives::table::{ByAxis, Point};
 use crate::derivatives::Computed;
@@ -19,6 +18,7 @@ use crate::error::Result;
 use crate::fit::fitting::{Fitted, Modal};
 use crate::fit::free_decay::FreeDecay;
 use crate::identify::{identify, Method, Settings};
+use crate::par_map::ParMap;
 use crate::quantity::Quantity;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -32,7 +32,7 @@ impl Campaign<'_> {
             return None;
         }
         let each = self.decays.iter().zip(&judged.path[0].fits);
-        each.map_at_once(|(decay, plain)| buffeting::fit(decay, plain)).collect()
+        each.par_map(|(decay, plain)| buffeting::fit(decay, plain)).collect()
     }
 
     /// The verdict that a random moment moves the model.
@@ -110,10 +110,10 @@ impl Campaign<'_> {
     /// by its plain model.
     fn linear(&self, plain: &[Fitted]) -> Result<Vec<Identified>> {
         let fitted = self.identified(plain.iter().map(Fitted::modal));
-        let found = self.records.iter().zip(fitted).map_at_once(|(record, fitted)| {
+        let found = self.records.iter().zip(fitted).par_map(|(record, fitted)| {
             self.decays[0].stop.check()?;
             let found = identify(record, &[Method::LeastSquares], &Settings::default()).ok();
-            Ok(found.and_then(Identified::of).unwrap_or(fitted))
+            Ok(found.and_then(Identified::from_identification).unwrap_or(fitted))
         });
         found.collect()
     }

@@ -1,6 +1,5 @@
 //! A campaign's releases fitted with what their coefficients allow in common, and tried on what was held out.
 
-use crate::at_once::AtOnce;
 use crate::bic::{self, MARGIN};
 use crate::derivatives::campaign::Campaign as Made;
 use crate::derivatives::condition::{settings, Setting};
@@ -15,6 +14,7 @@ use crate::error::Result;
 use crate::fit::fitting::{Fitted, Limit, Number, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::joint::{self, JointFit, Release, Sharing};
+use crate::par_map::ParMap;
 use crate::quantity::{weighted_mean, Quantity};
 use crate::record::Record;
 use crate::statistics::weighted_median;
@@ -97,7 +97,7 @@ impl<'a> Campaign<'a> {
         let fit = |(release, start): (Release, Vec<f64>)| {
             joint::fit(&[release], structure, &sharing, &[start]).polished(&[release])
         };
-        whole(self.decays).into_iter().zip(starts).map_at_once(fit).collect()
+        whole(self.decays).into_iter().zip(starts).par_map(fit).collect()
     }
 
     /// The same with a line's frequency, or a stop's place, as most know it: where there is none, the size of

@@ -1,10 +1,9 @@
 //! Effects that bend to what simpler ones explain: near the noise one stands only where it is clearly
 //! likelier, or likelier than several.
 
-use crate::at_once::AtOnce;
 use crate::diagnosis::guards::Refusal;
 use crate::diagnosis::likelihood::{
-    beyond, evidence, is_explained, may_rival, may_rival_leaving, BREADTH, DECISIVE, NEAR_NOISE,
+    beyond, delta_bic, is_explained, may_rival, may_rival_leaving, BREADTH, DECISIVE, NEAR_NOISE,
 };
 use crate::diagnosis::search_start::library;
 use crate::effects::Effect;
@@ -12,6 +11,7 @@ use crate::fit::about_rest::added;
 use crate::fit::fitting::{fit_near, refitted, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::linear_gain::Screen;
+use crate::par_map::ParMap;
 use crate::quantity::Quantity;
 use yawrig_expression::all_ready_made;
 
@@ -50,14 +50,14 @@ pub(super) fn instead(
     }
     let mut flexible = library(decay, &plain.structure.effects);
     flexible.retain(|e| e.is_flexible() && refused.iter().all(|refusal| refusal.effect != *e));
-    let gain = |larger: &Fitted| evidence(accepted, larger, larger.effective_count());
+    let gain = |larger: &Fitted| delta_bic(accepted, larger, larger.effective_count());
     let screens: Vec<Screen> =
-        inner.into_iter().map_at_once(|inner| Screen::new(decay, inner)).collect();
+        inner.into_iter().par_map(|inner| Screen::new(decay, inner)).collect();
     let late = late(decay, &screens[0], accepted, singles, refused);
     let better: Vec<(f64, Fitted)> = screens
         .iter()
         .flat_map(|screen| flexible.iter().map(move |effect| (screen, effect)))
-        .map_at_once(|(screen, effect)| {
+        .par_map(|(screen, effect)| {
             may_rival(screen, effect, accepted).then(|| added(decay, screen.inner, effect))
         })
         .flatten()
@@ -108,8 +108,7 @@ fn late(
     let mut best: Vec<&Fitted> = singles.iter().filter(|single| single.converged).collect();
     best.sort_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares));
     best.truncate(BREADTH);
-    let best: Vec<Screen> =
-        best.into_iter().map_at_once(|single| Screen::new(decay, single)).collect();
+    let best: Vec<Screen> = best.into_iter().par_map(|single| Screen::new(decay, single)).collect();
     let known = |effect: &Effect| {
         let there = &plain.inner.structure.effects;
         there.contains(effect) || refused.iter().any(|refusal| refusal.effect == *effect)
@@ -131,7 +130,7 @@ fn late(
     let screens = std::iter::once(plain).chain(&best);
     screens
         .flat_map(|screen| ready_made.iter().map(move |effect| (screen, effect)))
-        .map_at_once(with)
+        .par_map(with)
         .flatten()
         .collect()
 }

@@ -1,7 +1,6 @@
 //! Definite effects of a free decay that is forced at random besides: generalised least squares, residuals
 //! and sensitivities whitened by the Kalman filter of [`crate::motion::random`].
 
-use crate::at_once::AtOnce;
 use crate::bic;
 use crate::bic::MARGIN;
 use crate::diagnosis::buffeting::{self, Buffeted};
@@ -12,6 +11,7 @@ use crate::fit::free_decay::FreeDecay;
 use crate::fit::linear_gain::gain_of_step;
 use crate::fit::problem::{problem_of_one, JointProblem, Release, EVALUATIONS};
 use crate::motion::random::Whitener;
+use crate::par_map::ParMap;
 use crate::solver::{minimise, Fit, Options, Problem, Rows};
 
 /// Standard deviations that chance does not bring: once in 16 000 records. All that is asked of innovations
@@ -159,7 +159,7 @@ fn promising(
     candidates: &[Effect],
 ) -> Vec<Effect> {
     let (n, count) = (inner.parameters.len(), decay.yaw_rad.len() as f64);
-    let evidence = |effect: &Effect| -> f64 {
+    let delta_bic = |effect: &Effect| -> f64 {
         if effect.is_own() {
             // Its numbers may be many and none of them a size.
             return f64::INFINITY;
@@ -180,8 +180,8 @@ fn promising(
     let mut out: Vec<(f64, Effect)> = candidates
         .iter()
         .filter(|e| !there.contains(e))
-        .map_at_once(|e| (evidence(e), e.clone()))
-        .filter(|(evidence, _)| *evidence > MARGIN)
+        .par_map(|e| (delta_bic(e), e.clone()))
+        .filter(|(delta_bic, _)| *delta_bic > MARGIN)
         .collect();
     out.sort_by(|a, b| b.0.total_cmp(&a.0));
     out.into_iter().take(BREADTH).map(|(_, e)| e).collect()
@@ -209,7 +209,7 @@ pub(crate) fn search(
         known.whitener.whiten(&mut inner.residuals);
         let best = promising(decay, &inner, &known, smaller.sum_of_squares, candidates)
             .iter()
-            .map_at_once(|e| {
+            .par_map(|e| {
                 let structure = model.structure.with(e);
                 let (inner, known) = (&inner, &known);
                 let starts = crate::fit::starts::of(decay, inner, e).into_iter();

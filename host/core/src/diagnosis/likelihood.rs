@@ -27,7 +27,7 @@ pub(super) const DECISIVE: f64 = 3.0 * bic::MARGIN;
 const FROM_AFAR: f64 = 3.0;
 
 /// Difference of BIC in favour of `larger`, on `effective` independent residuals.
-pub(crate) fn evidence(smaller: &Fitted, larger: &Fitted, effective: f64) -> f64 {
+pub(crate) fn delta_bic(smaller: &Fitted, larger: &Fitted, effective: f64) -> f64 {
     let more = larger.parameters.len() as f64 - smaller.parameters.len() as f64;
     bic::gain(smaller.sum_of_squares, larger.sum_of_squares, effective, more)
 }

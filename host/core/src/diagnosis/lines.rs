@@ -2,7 +2,6 @@
 //! record does, predicted from the earlier one. What drifts is none of them: in one release it varies with
 //! the amplitude as a law does.
 
-use crate::at_once::AtOnce;
 use crate::diagnosis::answer::earlier_count;
 use crate::diagnosis::guards;
 use crate::diagnosis::likelihood::is_explained;
@@ -16,6 +15,7 @@ use crate::fit::fitting::{held_out_over_noise, refit, refitted, Fitted};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::structure::PLAIN;
 use crate::motion::oscillator::damped_rad_s;
+use crate::par_map::ParMap;
 use crate::quantity::CHANCE;
 use crate::record::Derivative;
 
@@ -64,7 +64,7 @@ fn best(decay: &FreeDecay, inner: &Fitted, there: &[Effect]) -> Option<Fitted> {
             && has_size(&larger.clone().with_discrepancy(decay))
     };
     all.iter()
-        .map_at_once(|e| {
+        .par_map(|e| {
             let larger = with_lasting_mode(decay, added(decay, inner, e), e);
             stands(&larger).then_some(larger)
         })

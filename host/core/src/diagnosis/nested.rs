@@ -1,9 +1,9 @@
 //! Models within each other, whatever they are judged by: effects are added to one, what others have made needless
 //! is taken out of it, and from the model that is there to the final one the way is shown.
 
-use crate::at_once::AtOnce;
 use crate::effects::Effect;
 use crate::error::Result;
+use crate::par_map::ParMap;
 use crate::stop::Stop;
 use std::slice::from_ref;
 
@@ -33,7 +33,7 @@ pub(super) fn expanded<'a, M: Sync + 'a, N: Send>(
             }
         }
     }
-    jobs.into_iter().map_at_once(|(model, effect)| with(model, &effect)).collect()
+    jobs.into_iter().par_map(|(model, effect)| with(model, &effect)).collect()
 }
 
 /// What models are judged by: their evidence, or what they predict.
@@ -65,9 +65,9 @@ pub(super) struct Nested<M> {
 }
 
 impl<M: Clone + Send + Sync> Nested<M> {
-    fn of<J: Judge<Model = M>>(judge: &J, model: M) -> Self {
+    fn new<J: Judge<Model = M>>(judge: &J, model: M) -> Self {
         let effects = judge.effects(&model).iter();
-        let without = effects.map_at_once(|effect| judge.without(&model, effect)).collect();
+        let without = effects.par_map(|effect| judge.without(&model, effect)).collect();
         Self { model, without }
     }
 
@@ -76,11 +76,11 @@ impl<M: Clone + Send + Sync> Nested<M> {
     /// # Errors
     /// Interrupted, once somebody asked for it.
     pub(super) fn pruned<J: Judge<Model = M>>(judge: &J, model: M) -> Result<Self> {
-        let mut here = Self::of(judge, model);
+        let mut here = Self::new(judge, model);
         while let Some(smaller) = here.least(judge, |smaller| !judge.is_worth(smaller, &here.model))
         {
             judge.stop().check()?;
-            here = Self::of(judge, smaller);
+            here = Self::new(judge, smaller);
         }
         judge.stop().check()?;
         Ok(here)
@@ -103,7 +103,7 @@ impl<M: Clone + Send + Sync> Nested<M> {
         while judge.effects(&here.model).len() > 1 {
             judge.stop().check()?;
             if here.without.is_empty() {
-                here = Self::of(judge, here.model);
+                here = Self::new(judge, here.model);
             }
             let Some(smaller) = here.least(judge, |_| true) else { break };
             path.push(std::mem::replace(&mut here, smaller.into()).model);

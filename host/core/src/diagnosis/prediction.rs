@@ -7,7 +7,7 @@ use crate::fit::pieces::{fit_state, Piece, Pieces};
 use crate::fit::segments::{fit_pieces, PieceFit, FIRST};
 
 /// Standard errors by which the larger model has to predict better.
-pub(crate) const BETTER: f64 = 1.0;
+pub(crate) const ONE_STANDARD_ERROR: f64 = 1.0;
 /// Share by which it has to predict better, too, in the mean over the pieces: of their logarithms, for the
 /// few cycles in which a hammer's other modes ring would outweigh all that follows.
 pub const MIN_GAIN: f64 = 0.05;
@@ -56,7 +56,7 @@ impl Prediction {
     /// that counts.
     pub(crate) fn is_better_than(&self, other: &Self) -> bool {
         let (gain, u) = self.logarithmic_gain(other);
-        gain > BETTER * u && gain > -2.0 * (1.0 - MIN_GAIN).ln()
+        gain > ONE_STANDARD_ERROR * u && gain > -2.0 * (1.0 - MIN_GAIN).ln()
     }
 
     /// Fits all pieces that are not `predicted`, and predicts those.

@@ -1,7 +1,6 @@
 //! Which effects several releases need: each is judged by itself, and what their answers name is tried in all
 //! of them, each with numbers of its own.
 
-use crate::at_once::AtOnce;
 use crate::bic::{self, MARGIN};
 use crate::diagnosis::alone::Alone;
 use crate::diagnosis::answer::Options;
@@ -19,6 +18,7 @@ use crate::fit::fitting::{
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::joint::{self, JointFit, Release, Sharing};
 use crate::fit::structure::{WN, ZETA};
+use crate::par_map::ParMap;
 use crate::quantity::{chi_squared, weighted_mean, Quantity};
 use crate::record::{same_measurand, Record};
 use crate::statistics::weighted_rms;
@@ -39,7 +39,7 @@ pub(super) fn free_decays(
     };
     // Collected first, so that of several bad records always the first is named.
     let each = records.iter().zip(wind_speed_m_s);
-    let decays: Vec<Result<FreeDecay>> = each.map_at_once(one).collect();
+    let decays: Vec<Result<FreeDecay>> = each.par_map(one).collect();
     same_measurand(records)?;
     decays.into_iter().collect()
 }
@@ -98,7 +98,7 @@ pub(super) fn judge(
         let plain = fit_plain_within(decay, structure, decay.yaw_rad.len());
         structure.effects.iter().fold(plain, |model, effect| fit_added(decay, &model, effect))
     };
-    let fits = decays.iter().map_at_once(plain).collect();
+    let fits = decays.iter().par_map(plain).collect();
     let plain = ModelOfReleases { effects: structure.effects.clone(), fits };
     options.stop.check()?;
     let alone = Alone::new(records, plain.worst(decays), decays, options)?;
@@ -192,7 +192,7 @@ impl Search<'_> {
             let numbers = model.numbers_for(&structure).expect("all effects");
             Ok(refitted(decay, &structure, &numbers))
         };
-        let fits = self.plain.fits.iter().enumerate().map_at_once(one).collect::<Result<_>>()?;
+        let fits = self.plain.fits.iter().enumerate().par_map(one).collect::<Result<_>>()?;
         Ok(ModelOfReleases { effects, fits })
     }
 
@@ -215,7 +215,7 @@ impl Search<'_> {
             let nearer = |known: &Fitted| known.sum_of_squares < fitted.sum_of_squares;
             Ok(known.filter(nearer).unwrap_or(fitted))
         };
-        let fits = model.fits.iter().enumerate().map_at_once(one).collect::<Result<_>>()?;
+        let fits = model.fits.iter().enumerate().par_map(one).collect::<Result<_>>()?;
         let effects = model.effects.iter().filter(|&e| e != effect).cloned().collect();
         Ok(ModelOfReleases { effects, fits })
     }
@@ -223,7 +223,7 @@ impl Search<'_> {
     /// Gain in the information criterion by `effect`, which `larger` has and `smaller` has not. The best of:
     /// a coefficient of its own in each release that needs one; one coefficient for all releases, for the
     /// wind-on or the wind-off ones.
-    fn evidence(&self, smaller: &[Fitted], larger: &[Fitted], effect: &Effect) -> f64 {
+    fn delta_bic(&self, smaller: &[Fitted], larger: &[Fitted], effect: &Effect) -> f64 {
         let more = effect.parameters().len() as f64;
         let gain = |(small, large): (&Fitted, &Fitted)| {
             let n = large.effective_count();
@@ -266,7 +266,8 @@ impl Judge for Search<'_> {
     }
     fn is_worth(&self, smaller: &ModelOfReleases, larger: &ModelOfReleases) -> bool {
         let mut more = larger.effects.iter().filter(|e| !smaller.effects.contains(e));
-        !smaller.is_fitted() || more.any(|e| self.evidence(&smaller.fits, &larger.fits, e) > MARGIN)
+        !smaller.is_fitted()
+            || more.any(|e| self.delta_bic(&smaller.fits, &larger.fits, e) > MARGIN)
     }
     fn misfit(&self, model: &ModelOfReleases) -> f64 {
         over_noise(&model.fits, self.decays)
@@ -316,7 +317,7 @@ pub(super) fn from_others(
         }
         refitted(&decays[release], &structure, &joint.fits[release].parameters)
     };
-    held.iter().map_at_once(known).collect()
+    held.iter().par_map(known).collect()
 }
 
 /// Residual over noise of each of the `sets` of releases, as the others predict it ([`from_others`]).
@@ -326,7 +327,7 @@ pub(super) fn predicted_over_noise(
     sets: &[Vec<usize>],
     repeat_of: impl Fn(usize, &[usize]) -> Option<usize> + Sync,
 ) -> f64 {
-    let predicted = sets.iter().map_at_once(|held| from_others(decays, joint, held, &repeat_of));
+    let predicted = sets.iter().par_map(|held| from_others(decays, joint, held, &repeat_of));
     let fits: Vec<Fitted> = predicted.flatten().collect();
     over_noise(&fits, sets.iter().flatten().map(|&i| &decays[i]))
 }

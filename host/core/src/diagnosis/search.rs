@@ -1,11 +1,10 @@
 //! Which effects a free decay needs: each alone, the best in one model, the needless taken out again.
 
-use crate::at_once::AtOnce;
 use crate::bic::{self, MARGIN};
 use crate::diagnosis::flexible;
 use crate::diagnosis::guards::{self, Refusal, OF_NAMED};
 pub use crate::diagnosis::likelihood::is_explained;
-pub(crate) use crate::diagnosis::likelihood::{beyond, evidence};
+pub(crate) use crate::diagnosis::likelihood::{beyond, delta_bic};
 use crate::diagnosis::likelihood::{may_rival, BREADTH, DECISIVE, NEAR_NOISE};
 use crate::diagnosis::nested::{self, Judge, Nested};
 use crate::diagnosis::prediction::MIN_GAIN;
@@ -17,6 +16,7 @@ use crate::fit::about_rest::{added, removed};
 use crate::fit::fitting::{polished, Fitted};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::linear_gain::Screen;
+use crate::par_map::ParMap;
 use crate::stop::Stop;
 
 /// Effects that likelihood may name: of a record of a few cycles five or six explain anything.
@@ -39,7 +39,7 @@ pub(crate) struct SearchResult {
 
 /// Whether `larger` is worth its effect.
 fn is_worth(smaller: &Fitted, larger: &Fitted, effective: f64) -> bool {
-    larger.converged && evidence(smaller, larger, effective) > MARGIN
+    larger.converged && delta_bic(smaller, larger, effective) > MARGIN
 }
 
 /// Searches for what the present model lacks; where an effect comes out that cannot stand, again without it.
@@ -194,7 +194,7 @@ fn beside(decay: &FreeDecay, model: &Fitted, all: &[Effect]) -> Vec<Fitted> {
     let n = model.effective_count();
     let screen = Screen::new(decay, model);
     let others = all.iter().filter(|e| !model.structure.effects.contains(e));
-    let predicted = others.map_at_once(|e| {
+    let predicted = others.par_map(|e| {
         let (left, more) = screen.left_with(e);
         (bic::gain(model.sum_of_squares, left, n, more as f64), e)
     });
@@ -203,7 +203,7 @@ fn beside(decay: &FreeDecay, model: &Fitted, all: &[Effect]) -> Vec<Fitted> {
     let of_library = predicted.iter().filter(|p| !p.1.is_own());
     let most = of_library.map(|p| p.0).fold(f64::NEG_INFINITY, f64::max);
     let tried = |p: &&(f64, &Effect)| p.0 > MARGIN.max(most - DECISIVE) || p.1.is_own();
-    predicted.iter().filter(tried).map_at_once(|(_, e)| added(decay, model, e)).collect()
+    predicted.iter().filter(tried).par_map(|(_, e)| added(decay, model, e)).collect()
 }
 
 /// Each of the `width` best with the effects of the largest linear gain beside it, each set once: the leader's
@@ -214,12 +214,12 @@ fn expanded(decay: &FreeDecay, round: &[Fitted], all: &[Effect], width: usize) -
     order.truncate(width);
     let near = |m: &Fitted| m.over_noise(decay) < NEAR_NOISE;
     let leader = order.first().copied().filter(|m| near(m));
-    let promising = order.iter().enumerate().map_at_once(|(k, inner)| {
+    let promising = order.iter().enumerate().par_map(|(k, inner)| {
         let screen = Screen::new(decay, inner);
         let mut out: Vec<(f64, Effect)> = all
             .iter()
             .filter(|e| !inner.structure.effects.contains(e))
-            .map_at_once(|e| {
+            .par_map(|e| {
                 let may = e.is_own() || leader.is_none_or(|m| may_rival(&screen, e, m));
                 may.then(|| (screen.left_with(e).0, e.clone()))
             })
@@ -281,7 +281,7 @@ fn rivals(
     let effects = beyond(plain, model);
     let effective = model.effective_count();
     let as_good = |other: &Fitted| {
-        other.converged && is_explained(other, decay) && evidence(other, model, effective) < MARGIN
+        other.converged && is_explained(other, decay) && delta_bic(other, model, effective) < MARGIN
     };
     let outside: Vec<Effect> =
         candidates.iter().filter(|&c| !effects.contains(c)).cloned().collect();
@@ -296,7 +296,7 @@ fn rivals(
         let screen = Screen::new(decay, inner);
         outside
             .iter()
-            .map_at_once(|e| {
+            .par_map(|e| {
                 let rivals = may_rival(&screen, e, model) && as_good(&added(decay, inner, e));
                 rivals.then(|| [inside.clone(), e.clone()])
             })
@@ -304,7 +304,7 @@ fn rivals(
             .collect()
     };
     let each = effects.iter().zip(without).filter_map(|(e, inner)| Some((e, inner.as_ref()?)));
-    each.map_at_once(in_place_of).flatten().collect()
+    each.par_map(in_place_of).flatten().collect()
 }
 
 #[cfg(test)]
@@ -335,7 +335,7 @@ mod tests {
         for effect in Effect::deterministic() {
             let larger = fit_added(&decay, &plain, &effect);
             assert!(larger.sum_of_squares <= plain.sum_of_squares * (1.0 + 1e-9), "{effect}");
-            let gain = evidence(&plain, &larger, 1000.0);
+            let gain = delta_bic(&plain, &larger, 1000.0);
             let more = (larger.parameters.len() - plain.parameters.len()) as f64;
             let by_hand =
                 1000.0 * (plain.sum_of_squares / larger.sum_of_squares).ln() - more * 1000f64.ln();

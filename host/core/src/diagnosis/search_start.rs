@@ -1,11 +1,11 @@
 //! What a search begins with: the model that is there, and every effect beside it, one at a time.
 
-use crate::at_once::AtOnce;
 use crate::diagnosis::answer::Options;
 use crate::effects::Effect;
 use crate::error::{Error, Result};
 use crate::fit::fitting::{fit_added, fit_plain_within, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
+use crate::par_map::ParMap;
 
 /// The model that is there already ([`Options::present`]), fitted to `decay`.
 ///
@@ -72,7 +72,7 @@ impl SearchStart {
                 candidates.push(own.clone());
             }
         }
-        let singles = candidates.iter().map_at_once(|e| fit_added(decay, &plain, e)).collect();
+        let singles = candidates.iter().par_map(|e| fit_added(decay, &plain, e)).collect();
         decay.stop.check()?;
         Ok(Self { plain, candidates, singles })
     }

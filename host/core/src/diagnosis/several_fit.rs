@@ -1,7 +1,6 @@
 //! Models of several releases with what they have in common; and of a rig's releases those with effects that
 //! all of them need at once, or that survive prediction over the pieces of all.
 
-use crate::at_once::AtOnce;
 use crate::derivatives::campaign::Campaign;
 use crate::diagnosis::account;
 use crate::diagnosis::alike::alike;
@@ -16,6 +15,7 @@ use crate::fit::fitting::{fit_added, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::joint::{self, JointFit, Release, Sharing};
 use crate::law::releases::Releases;
+use crate::par_map::ParMap;
 use crate::quantity::{weighted_mean, Quantity};
 use crate::statistics::rms;
 use std::collections::BTreeMap;
@@ -167,7 +167,7 @@ impl Rig<'_> {
             self.decays[0].stop.check()?;
             let here = &found.last().unwrap_or(last).joint;
             let inner = self.decays.iter().zip(&here.fits);
-            let fits = inner.map_at_once(|(decay, fit)| fit_added(decay, fit, &line)).collect();
+            let fits = inner.par_map(|(decay, fit)| fit_added(decay, fit, &line)).collect();
             let effects = here.structure.with(&line).effects;
             let longer = self.together(&ModelOfReleases { effects, fits });
             if longer.joint.sum_of_squares < MAX_LEFT * here.sum_of_squares {

@@ -4,7 +4,6 @@
 //! about the rest. Effects are added one at a time, the one whose addition predicts best first, as long as
 //! the prediction of what was not fitted gains by it; what others have made needless is taken out again.
 
-use crate::at_once::AtOnce;
 use crate::diagnosis::flexible::simplest;
 use crate::diagnosis::guards::OF_NAMED;
 use crate::diagnosis::likelihood::{BREADTH, MAX_EFFECTS};
@@ -19,6 +18,7 @@ use crate::fit::free_decay::FreeDecay;
 use crate::fit::pieces::Piece;
 use crate::fit::segments::{fit_pieces, FIRST};
 use crate::law::releases::Releases;
+use crate::par_map::ParMap;
 use crate::quantity::Quantity;
 use crate::stop::Stop;
 
@@ -49,7 +49,7 @@ fn rough_start(lengths: &Lengths, inner: &Model, effect: &Effect) -> Option<Vec<
         let fit = fit_pieces(&pieces, &structure, &common, states, FIRST);
         (fit.sum(), start)
     };
-    let fits = lengths.starts(effect).into_iter().map_at_once(rough);
+    let fits = lengths.starts(effect).into_iter().par_map(rough);
     fits.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, start)| start)
 }
 
@@ -163,9 +163,9 @@ fn searched(
     decay.stop.check()?;
     let tried: Vec<Vec<PredictedModel>> = rounds[1..]
         .iter()
-        .map_at_once(|round| {
+        .par_map(|round| {
             let round = &round[..round.len().min(BREADTH)];
-            round.iter().map_at_once(|m| judged(&lengths, m.clone())).collect()
+            round.iter().par_map(|m| judged(&lengths, m.clone())).collect()
         })
         .collect();
     let mut here = plain.clone();
@@ -186,7 +186,7 @@ fn searched(
     let simple = grown(&judge, Nested::pruned(&judge, here)?, &own)?;
     let path = bent(decay, &judge, &plain, simple.clone(), &all)?.path(&judge, plain.clone())?;
     let mut singles = rounds.get(1).cloned().unwrap_or_default();
-    singles.extend(own.iter().map_at_once(|e| with(&lengths, &plain.model, e)));
+    singles.extend(own.iter().par_map(|e| with(&lengths, &plain.model, e)));
     singles.sort_by(|a, b| a.fit.sum().total_cmp(&b.fit.sum()));
     let sets = rounds.into_iter().flatten().collect();
     Ok(Survivors { path, singles, sets, lengths, simple })
@@ -204,7 +204,7 @@ fn grown(
         lengths.stop.check()?;
         let inner = &here.model;
         let better = beside(&inner.model.fit.structure.effects, effects)
-            .map_at_once(|e| judged(lengths, with(lengths, &inner.model, e)))
+            .par_map(|e| judged(lengths, with(lengths, &inner.model, e)))
             .filter(|with| judge.is_worth(inner, with))
             .min_by(|a, b| judge.misfit(a).total_cmp(&judge.misfit(b)));
         match better {
@@ -241,7 +241,7 @@ fn bent(
     flexible.retain(Effect::is_flexible);
     let has_simple = !judge.effects(inner).is_empty();
     let bent_beside = |of: &PredictedModel| {
-        let all = flexible.iter().map_at_once(|effect| {
+        let all = flexible.iter().par_map(|effect| {
             let start = rough_start(lengths, &of.model, effect)?;
             let bent = with_from(lengths, &of.model, effect, &start);
             (!is_simpler_one(lengths, &bent)).then(|| judged(lengths, bent))
@@ -323,7 +323,7 @@ impl Survivors {
             prediction.gain_over(&less.prediction) < OF_NAMED
                 && (1.0 - MIN_GAIN) * less.prediction.rms_rad() < prediction.rms_rad()
         };
-        let all = effects.iter().map_at_once(without).filter(is_needless);
+        let all = effects.iter().par_map(without).filter(is_needless);
         all.min_by(|a, b| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad()))
     }
 

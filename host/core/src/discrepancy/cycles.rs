@@ -2,7 +2,7 @@
 //! each number of the model could do.
 
 use super::level::{enough, level};
-use crate::at_once::AtOnce;
+use crate::par_map::ParMap;
 use crate::solver::{Normal, Rows};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -228,6 +228,6 @@ pub(super) fn of_all(
 ) -> Option<Vec<Cycles>> {
     let most_groups = (MAX_GROUPS / releases.len()).max(MIN_GROUPS);
     let of = |release: &Observed| Cycles::new(release, numbers, most_groups, may_be_noise);
-    let all: Vec<Option<Cycles>> = releases.iter().map_at_once(of).collect();
+    let all: Vec<Option<Cycles>> = releases.iter().par_map(of).collect();
     all.into_iter().collect()
 }

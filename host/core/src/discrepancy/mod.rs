@@ -175,13 +175,14 @@ pub(crate) fn of(
         let both = told.at(at)?;
         Some((Posterior::new([&both[0], &both[1]], &known, &pull)?, both))
     };
-    let (each, most) = likeliest(&sizes, |at| Some(sizes.prior(at)? + posterior(at)?.0.evidence));
+    let (each, most) =
+        likeliest(&sizes, |at| Some(sizes.prior(at)? + posterior(at)?.0.log_marginal_likelihood));
     let weights: f64 = each.iter().map(|e| (e.1 - most).exp()).sum();
     let mut covariance = DMatrix::zeros(numbers, numbers);
     let (mut nothing, mut shaken, mut level) = (0.0, 0.0, 0.0);
     let mut believed = Vec::new();
-    for (at, evidence) in each {
-        let probability = (evidence - most).exp() / weights;
+    for (at, log_marginal_likelihood) in each {
+        let probability = (log_marginal_likelihood - most).exp() / weights;
         let (found, both) = posterior(at)?;
         covariance += (&found.covariance + &found.off * found.off.transpose()) * probability;
         level += probability * found.level;

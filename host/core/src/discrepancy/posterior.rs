@@ -15,7 +15,7 @@ const SIZES: std::ops::RangeInclusive<i32> = -12..=2;
 const MIDDLE_SIZES: std::ops::RangeInclusive<i32> = 0..=8;
 /// Of a smooth process's covariance: what rounding may take off.
 const ROUNDING: f64 = 1e-9;
-/// Gain of evidence (in ln) above which something is believed that need not be: half of the difference of BIC
+/// Gain of the log marginal likelihood above which something is believed that need not be: half of the difference of BIC
 /// that effects need.
 const NEEDED: f64 = 0.5 * bic::MARGIN;
 /// Logarithm of the posterior probability, over the largest, of sizes below which they are left out.
@@ -67,9 +67,10 @@ pub(super) fn of_middle(rows: &Measure, process: &DMatrix<f64>) -> Option<Told> 
         covariance.set_diagonal(&(covariance.diagonal() * (1.0 + ROUNDING) + &rows.variance));
         let told = Told::new(rows, covariance)?;
         let level = (told.squares / n).max(1.0);
-        let evidence = prior - 0.5 * (told.logs + n * level.ln() + told.squares / level);
+        let log_marginal_likelihood =
+            prior - 0.5 * (told.logs + n * level.ln() + told.squares / level);
         let (matrix, gradient) = (&told.matrix / level, &told.gradient / level);
-        Some((evidence, Told { matrix, gradient, ..told }))
+        Some((log_marginal_likelihood, Told { matrix, gradient, ..told }))
     };
     let best = tried(MIDDLE_SIZES, 0.0).into_iter().filter_map(of);
     best.max_by(|a, b| a.0.total_cmp(&b.0)).map(|best| best.1)
@@ -172,7 +173,7 @@ pub(super) fn likeliest(
 
 /// Truth less fit under given sizes.
 pub(super) struct Posterior {
-    pub(super) evidence: f64,
+    pub(super) log_marginal_likelihood: f64,
     pub(super) off: DVector<f64>,
     pub(super) covariance: DMatrix<f64>,
     /// Variance of the noise of phase and amplitude over that of white noise at the floor.
@@ -213,7 +214,7 @@ impl Posterior {
         let logs = |v: &mut dyn Iterator<Item = f64>| 2.0 * v.map(f64::ln).sum::<f64>();
         let own =
             logs(&mut root.l_dirty().diagonal().iter().copied()) + logs(&mut size.iter().copied());
-        let evidence =
+        let log_marginal_likelihood =
             -0.5 * (told[0].logs + told[1].logs + n * level.ln() + squares / level - gained + own);
         let inverse = root.inverse();
         let mut covariance = DMatrix::zeros(known.nrows(), known.nrows());
@@ -222,6 +223,6 @@ impl Posterior {
                 covariance[(i, j)] = inverse[(a, b)] / (size[a] * size[b]);
             }
         }
-        Some(Self { evidence, off, covariance, level })
+        Some(Self { log_marginal_likelihood, off, covariance, level })
     }
 }

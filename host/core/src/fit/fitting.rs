@@ -1,7 +1,6 @@
 //! A model with effects fitted to a free decay: natural frequency, damping, initial state and every
 //! coefficient.
 
-use crate::at_once::AtOnce;
 pub use crate::discrepancy::enough;
 use crate::effects::Effect;
 pub use crate::fit::fitted::{Covariance, Fitted, Modal};
@@ -10,6 +9,7 @@ use crate::fit::problem::{lengthened, problem_of_one, Release, EVALUATIONS};
 use crate::fit::segments::{FINE, FIRST_STEPS};
 pub use crate::fit::structure::{Limit, Number, Structure};
 use crate::fit::structure::{WN, ZETA};
+use crate::par_map::ParMap;
 use crate::solver::Fit;
 
 fn solve(decay: &FreeDecay, structure: &Structure, start: &[f64], count: usize) -> Fit {
@@ -152,7 +152,7 @@ fn from_any(decay: &FreeDecay, structure: &Structure, starts: &[Vec<f64>], count
             false => nearer(fit, solve_lengthened(decay, structure, start, count)),
         }
     };
-    let mut fits = starts.iter().enumerate().map_at_once(from);
+    let mut fits = starts.iter().enumerate().par_map(from);
     let mut best = fits.next().expect("a start for every effect");
     for short in fits {
         // A start that is not ahead by now is not going to win.
@@ -254,7 +254,7 @@ pub(crate) fn are_moved_by_steps(models: &[(&Fitted, &FreeDecay)]) -> Option<boo
         let square = error * model.effective_count() / model.sum_of_squares;
         square.is_finite().then_some(square)
     };
-    let squares: Vec<f64> = models.iter().map_at_once(square).collect::<Option<_>>()?;
+    let squares: Vec<f64> = models.iter().par_map(square).collect::<Option<_>>()?;
     // By a tenth of that: in quadrature half a per cent of it.
     Some(squares.iter().sum::<f64>() > 0.1 * 0.1)
 }

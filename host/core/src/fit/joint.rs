@@ -10,7 +10,6 @@
 //! after the other: simulated on all cores, their normal equations summed block by block (`Rows::part` of the
 //! solver).
 
-use crate::at_once::AtOnce;
 use crate::bic;
 use crate::effects::Effect;
 use crate::fit::fitting::{are_moved_by_steps, enough, held_out_over_noise, Fitted, Structure};
@@ -20,6 +19,7 @@ pub use crate::fit::layout::Sharing;
 pub use crate::fit::problem::Release;
 use crate::fit::problem::{lengthened, JointProblem, Part, EVALUATIONS};
 use crate::fit::structure::WN;
+use crate::par_map::ParMap;
 use crate::quantity::Quantity;
 use crate::solver::{off_bounds, Fit};
 use crate::statistics::weighted_rms;
@@ -52,7 +52,7 @@ impl JointFit {
         let covariance = with_pressed(&fit, &together.bounds);
         let converged = fit.stop.is_minimum();
         let fitted = |part: &Part| part.fitted(&fit.parameters, converged, covariance.as_ref());
-        let mut fits: Vec<Fitted> = together.parts.iter().map_at_once(fitted).collect();
+        let mut fits: Vec<Fitted> = together.parts.iter().par_map(fitted).collect();
         let count = fits.iter().map(|fit| fit.count).sum();
         let effective: f64 = fits.iter().map(Fitted::effective_count).sum();
         let inflation = count as f64 / effective;

@@ -1,10 +1,10 @@
 //! What adding an effect would gain, from one linear step: a screen that costs one evaluation.
 
-use crate::at_once::AtOnce;
 use crate::effects::Effect;
 use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::problem::{problem_of_one, Release};
+use crate::par_map::ParMap;
 use crate::solver::{Normal, Problem, Rows};
 use nalgebra::Cholesky;
 
@@ -90,7 +90,7 @@ impl<'a> Screen<'a> {
             let left = (inner.sum_of_squares - gain * decay.noise_rad.powi(2)).max(0.0);
             Some(Begun { structure: structure.clone(), parameters: p, left })
         };
-        let all = starts.into_iter().map_at_once(begun);
+        let all = starts.into_iter().par_map(begun);
         all.flatten().min_by(|a, b| a.left.total_cmp(&b.left))
     }
 }

@@ -1,11 +1,11 @@
 //! Pieces of free decays, each with an initial condition of its own.
 
-use crate::at_once::AtOnce;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::layout::Layout;
 use crate::fit::problem::DIFFERENCE;
 use crate::fit::structure::{Structure, WN, ZERO, ZETA};
 use crate::motion::simulate::readings_of_all;
+use crate::par_map::ParMap;
 use crate::solver::blocks::damped_inverse;
 use crate::solver::descent::{descend, Attempt, Damping, Descent, Ended};
 use crate::stop::Stop;
@@ -103,7 +103,7 @@ impl Pieces {
     pub(crate) fn states(&self, structure: &Structure, common: &[f64]) -> Vec<[f64; 2]> {
         let state =
             |piece: &Piece| fit_state(piece, structure, common, piece.begun(structure, common)).0;
-        self.decays.iter().map_at_once(state).collect()
+        self.decays.iter().par_map(state).collect()
     }
 
     /// Means of all pieces.

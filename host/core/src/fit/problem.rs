@@ -1,12 +1,12 @@
 //! The residuals of one or several releases as a problem to be minimised.
 
-use crate::at_once::AtOnce;
 use crate::discrepancy::{self, Discrepancy, Left, Observed};
 use crate::effects::Effect;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::layout::{Layout, Sharing};
 use crate::fit::structure::Structure;
 use crate::motion::simulate::{readings_of_all, Grid, Motion};
+use crate::par_map::ParMap;
 use crate::solver::{minimise, off_bounds, Fit, Options, Problem, Rows};
 use crate::statistics::median;
 use nalgebra::{DMatrix, DVector};
@@ -314,8 +314,7 @@ impl<'a> JointProblem<'a> {
         let observed = |part: &Part| {
             (!part.release.decay.stop.is_requested()).then(|| part.observed(all, fixed))
         };
-        let releases: Vec<Observed> =
-            self.parts.iter().map_at_once(observed).collect::<Option<_>>()?;
+        let releases: Vec<Observed> = self.parts.iter().par_map(observed).collect::<Option<_>>()?;
         let is_noise = releases.iter().all(Observed::is_noise);
         let left = if is_noise { Left::Noise } else { Left::More };
         discrepancy::of(&releases, all.len(), left, held)
@@ -378,7 +377,7 @@ impl Problem for JointProblem<'_> {
         if let [part] = &self.parts[..] {
             return add(part, part.linearised(p));
         }
-        let all: Vec<_> = self.parts.iter().map_at_once(|part| part.linearised(p)).collect();
+        let all: Vec<_> = self.parts.iter().par_map(|part| part.linearised(p)).collect();
         for (part, linearised) in self.parts.iter().zip(all) {
             add(part, linearised);
         }

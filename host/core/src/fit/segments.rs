@@ -5,12 +5,12 @@
 //! the states are eliminated piece by piece ([`crate::solver::blocks`]), so that a fit costs what single shooting
 //! costs. From short pieces one goes to longer ones, and to the whole record.
 
-use crate::at_once::AtOnce;
 use crate::effects::{Effect, LANES};
 use crate::fit::layout::Layout;
 use crate::fit::pieces::{Piece, Pieces};
 use crate::fit::problem::{JointProblem, Part, Release};
 use crate::fit::structure::{Structure, YAW};
+use crate::par_map::ParMap;
 use crate::solver::blocks::{self, Block, Quadratic};
 use crate::solver::descent::{descend, Attempt, Damping, Descent, Ended};
 use crate::solver::{Normal, Rows};
@@ -148,7 +148,7 @@ impl<'a> Fit<'a> {
             normal.part(&residuals, which, &columns);
             Some((Block::new(&normal)?, sum(&residuals[..part.release.count])))
         };
-        self.problem.parts.iter().zip(&self.columns).map_at_once(of_part).collect()
+        self.problem.parts.iter().zip(&self.columns).par_map(of_part).collect()
     }
 
     /// Each piece's squares alone, and of them the misfit; no numbers where the model has no course, or stopped.
@@ -161,7 +161,7 @@ impl<'a> Fit<'a> {
             let (residuals, _) = part.linearised_by(all, &[]);
             (sum(&residuals), sum(&residuals[..part.release.count]))
         };
-        self.problem.parts.iter().map_at_once(of_part).unzip()
+        self.problem.parts.iter().par_map(of_part).unzip()
     }
 
     fn total(&self) -> f64 {

@@ -3,7 +3,6 @@
 
 use super::estimate::{fit_whole, Measured};
 use super::releases::Releases;
-use crate::at_once::AtOnce;
 use crate::diagnosis::forced::is_random;
 use crate::diagnosis::guards::HARMONIC;
 use crate::diagnosis::likelihood::BREADTH;
@@ -16,6 +15,7 @@ use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::free_decay::{FreeDecay, BEGINNING};
 use crate::fit::segments::{fit_from, PieceFit, FIRST, ROUGH, SETTLED};
 use crate::fit::starts;
+use crate::par_map::ParMap;
 
 /// What no law of angle and rate holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -146,7 +146,7 @@ pub(super) fn beside(releases: &Releases, lengths: &Lengths, found: &Measured) -
     let whole = fit_whole(decay, &structure, &found.fit.numbers(0));
     let all = Effect::deterministic()
         .filter(|effect| Kind::new(effect).is_some())
-        .map_at_once(|effect| fitted(decay, lengths, &structure, (found, &whole), &effect));
+        .par_map(|effect| fitted(decay, lengths, &structure, (found, &whole), &effect));
     let mut all: Vec<BesideFit> = all.flatten().filter(|tried| !tried.is_harmonic(decay)).collect();
     all.sort_by(|a, b| a.fit.sum().total_cmp(&b.fit.sum()));
     let settled = |tried: &BesideFit| {
@@ -157,7 +157,7 @@ pub(super) fn beside(releases: &Releases, lengths: &Lengths, found: &Measured) -
     all.truncate(BREADTH);
     let nearest = all
         .iter()
-        .map_at_once(settled)
+        .par_map(settled)
         .filter(|tried| !tried.is_harmonic(decay))
         .min_by(|a, b| a.fit.sum().total_cmp(&b.fit.sum()));
     let missed = |p: &Prediction| (p.rms_rad() / decay.noise_rad).powi(2) - 1.0;

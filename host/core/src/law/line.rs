@@ -7,12 +7,12 @@
 
 use super::on_curve::{OnCurve, Target};
 use super::tables::Tables;
-use crate::at_once::AtOnce;
 use crate::diagnosis::over_pieces::Lengths;
 use crate::effects::{Effect, Line, Part};
 use crate::fit::fitting::Structure;
 use crate::fit::segments::{fit_from, ROUGH};
 use crate::fit::structure::{WN, ZETA};
+use crate::par_map::ParMap;
 use std::sync::Arc;
 
 /// Share by which a law has to predict better than one with fewer curves, or a formula than a simpler one.
@@ -51,7 +51,7 @@ pub(super) fn line(lengths: &Lengths, plain: &Structure, found: &Tables) -> Opti
         let fit = fit_from(&lengths.long, &structure, &short.common, ROUGH);
         Some((near.formula.parameters().count(), fit.sum(), fit.common[ZETA]))
     };
-    let all: Vec<(usize, f64, f64)> = near.iter().map_at_once(fitted).flatten().collect();
+    let all: Vec<(usize, f64, f64)> = near.iter().par_map(fitted).flatten().collect();
     let least = all.iter().map(|(_, sum, _)| *sum).fold(f64::INFINITY, f64::min);
     let as_well = all.into_iter().filter(|(_, sum, _)| *sum <= (1.0 + NO_BETTER) * least);
     let (_, _, zeta) = as_well.min_by_key(|(count, _, _)| *count)?;

@@ -7,16 +7,16 @@ use super::forms::Formula;
 use super::on_curve::{OnCurve, Target};
 use super::releases::Releases;
 use super::tables::Point;
-use crate::at_once::AtOnce;
 use crate::diagnosis::likelihood::BREADTH;
 use crate::diagnosis::over_pieces::Lengths;
-use crate::diagnosis::prediction::{predict_within, Prediction, BETTER, MIN_GAIN};
+use crate::diagnosis::prediction::{predict_within, Prediction, MIN_GAIN, ONE_STANDARD_ERROR};
 use crate::discrepancy::ABOVE_NOISE;
 use crate::effects::{Effect, Part};
 use crate::error::Result;
 use crate::fit::fitting::Fitted;
 use crate::fit::segments::{fit_from, PieceFit, FIRST, ROUGH, SETTLED};
 use crate::fit::structure::WN;
+use crate::par_map::ParMap;
 use crate::quantity::Quantity;
 use std::sync::Arc;
 
@@ -78,12 +78,12 @@ pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
         let tried = trial.fitted(Effect::Own(Arc::new(effect)), &on_curve.values)?;
         Some((tried, on_curve.formula.clone()))
     };
-    let mut ranked: Vec<(NameFit, Formula)> = all.iter().map_at_once(tried).flatten().collect();
+    let mut ranked: Vec<(NameFit, Formula)> = all.iter().par_map(tried).flatten().collect();
     stop.check()?;
     let least =
         |a: &NameFit, b: &NameFit| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad());
     // A spring with a little of the stiffness yields at some share of the largest angle.
-    let yields = [0.05, 0.2, 0.6].into_iter().map_at_once(|share| {
+    let yields = [0.05, 0.2, 0.6].into_iter().par_map(|share| {
         trial.fitted(Effect::with_memory(), &[0.03 * wn * wn, share * found.law.yaw_rad])
     });
     let memory = yields.flatten().min_by(least);
@@ -95,7 +95,7 @@ pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
     let alike = |k: &usize| {
         let (best, other) = (&ranked[0].0.prediction, &ranked[*k].0.prediction);
         best.rms_rad() > (1.0 - MIN_GAIN) * other.rms_rad()
-            || best.gain_over(other) < BETTER
+            || best.gain_over(other) < ONE_STANDARD_ERROR
             || other.rms_rad() < (1.0 + MIN_GAIN) * noise_rad
     };
     let first = (0..ranked.len()).take_while(alike).count();
@@ -109,8 +109,8 @@ pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
     let memory = memory.filter(|memory| memory.prediction.rms_rad() < (1.0 - MIN_GAIN) * plain_rad);
     let memory = memory.filter(|memory| {
         let beats = |other: &Prediction, by: f64| memory.prediction.gain_over(other) > by;
-        best.is_none_or(|best| beats(&best.prediction, BETTER))
-            && (beats(&found.prediction, -BETTER)
+        best.is_none_or(|best| beats(&best.prediction, ONE_STANDARD_ERROR))
+            && (beats(&found.prediction, -ONE_STANDARD_ERROR)
                 || memory.prediction.rms_rad() < (1.0 + MIN_GAIN) * found.prediction.rms_rad()
                 || trial.lacks(memory))
             || trial.remembers(memory, best)
@@ -124,8 +124,7 @@ pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
         name.text = Some(formula.text(&values, reach, |f| f.moment));
         Some(name)
     };
-    let ranked: Vec<Name> =
-        ranked.iter().map_at_once(name).collect::<Option<_>>().unwrap_or_default();
+    let ranked: Vec<Name> = ranked.iter().par_map(name).collect::<Option<_>>().unwrap_or_default();
     let memory = memory.and_then(|memory| trial.named(&memory));
     stop.check()?;
     let beside = match memory.is_none() {

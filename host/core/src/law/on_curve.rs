@@ -2,8 +2,8 @@
 
 use super::forms::{moment, Form, FormParameter, Formula, Role, FORMS};
 use super::tables::Point;
-use crate::at_once::AtOnce;
 use crate::diagnosis::likelihood::BREADTH;
+use crate::par_map::ParMap;
 use nalgebra::{DMatrix, DVector};
 use yawrig_expression::OwnEffect;
 
@@ -110,7 +110,7 @@ impl<'a> Target<'a> {
             .flat_map(|(k, a)| forms[..k].iter().map(move |b| [*b, *a]))
             .filter(|[a, b]| a.adds_to(b))
             .collect();
-        let sums = pairs.iter().map_at_once(|pair| self.fitted(pair)).flatten().collect();
+        let sums = pairs.iter().par_map(|pair| self.fitted(pair)).flatten().collect();
         let mut out = sorted(single, BREADTH);
         out.extend(sorted(sums, BREADTH));
         out

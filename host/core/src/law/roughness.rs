@@ -4,7 +4,7 @@
 //! eliminated. So what any roughness would predict of a piece that was left out is a matter of linear
 //! algebra, and many can be tried.
 
-use crate::diagnosis::prediction::BETTER;
+use crate::diagnosis::prediction::ONE_STANDARD_ERROR;
 use crate::effects::{Effect, MeasuredLaw, Part, KNOTS};
 use crate::fit::pieces::{Piece, Pieces};
 use crate::fit::segments::{quadratics, PieceFit};
@@ -167,13 +167,13 @@ impl<'a> Nearby<'a> {
                 let chosen = tried.iter().min_by(least).expect("several are tried");
                 // One that differs from side to side bends to more.
                 let even = matches!(self.law.parts[k].0, Part::Stiffness | Part::Damping);
-                let by = if even { BETTER } else { CHANCE };
+                let by = if even { ONE_STANDARD_ERROR } else { CHANCE };
                 kept[k] = self.is_better(&chosen.1, &smoothest.1, by);
                 weights = if kept[k] { chosen.0.clone() } else { smoothest.0.clone() };
             }
             if self.law.friction {
                 let [with, without] = [true, false].map(|f| self.predicted(&weights, f));
-                friction = self.is_better(&with, &without, BETTER);
+                friction = self.is_better(&with, &without, ONE_STANDARD_ERROR);
             }
         }
         let parts = self.law.parts.iter().zip(weights).zip(kept);

@@ -1,12 +1,12 @@
 //! Motions of the same effects that hardly differ, four at a time: a step of one motion waits for its last,
 //! those of four side by side need not wait for each other.
 
-use crate::at_once::AtOnce;
 use crate::effects::{Moments, States, LANES};
 use crate::motion::oscillator::{Grid, Motion, Walk};
 use crate::motion::pace::{Pace, Steps};
 use crate::motion::piece::Piece;
 use crate::motion::simulate::{substeps, Walker};
+use crate::par_map::ParMap;
 use crate::record::Derivative;
 use std::array::from_fn;
 
@@ -19,7 +19,7 @@ pub(crate) fn readings_of_all(motions: &[Motion], grid: &Grid) -> Vec<Vec<f64>> 
         let mut steps = Steps::default();
         let mut readings = vec![first.run(grid, Pace::Kept(&mut steps), |_| {})];
         let followed = |motion: &Motion| motion.run(grid, Pace::followed(&steps), |_| {});
-        readings.extend(others.iter().map_at_once(followed).collect::<Vec<_>>());
+        readings.extend(others.iter().par_map(followed).collect::<Vec<_>>());
         return readings;
     }
     let each = |motions: &[Motion]| -> Vec<Vec<f64>> {
@@ -29,7 +29,7 @@ pub(crate) fn readings_of_all(motions: &[Motion], grid: &Grid) -> Vec<Vec<f64>> 
             None => motions.iter().map(|motion| motion.readings(grid)).collect(),
         }
     };
-    motions.chunks(LANES).map_at_once(each).flatten().collect()
+    motions.chunks(LANES).par_map(each).flatten().collect()
 }
 
 /// Four motions that are followed as one.

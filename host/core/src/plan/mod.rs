@@ -23,12 +23,12 @@ mod tied;
 pub use possible::{Can, Possible, Rival};
 pub use precision::{precision, Narrowed};
 
-use crate::at_once::AtOnce;
 use crate::bic::MARGIN;
 use crate::error::Result;
 use crate::fit::free_decay::{FreeDecay, MEANS_PER_CYCLE};
 use crate::fit::structure::WN;
 use crate::motion::simulate::Grid;
+use crate::par_map::ParMap;
 use possible::numbers;
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -64,7 +64,7 @@ pub fn rank(
         done();
         judged
     };
-    let all: Vec<Option<Ranked>> = possible.iter().map_at_once(judge).collect::<Result<_>>()?;
+    let all: Vec<Option<Ranked>> = possible.iter().par_map(judge).collect::<Result<_>>()?;
     let mut ranked: Vec<Ranked> = all.into_iter().flatten().collect();
     let key = |r: &Ranked| (r.chance_to_decide, r.separation_sigma);
     ranked.sort_by(|a, b| key(b).partial_cmp(&key(a)).unwrap_or(std::cmp::Ordering::Equal));

@@ -87,7 +87,7 @@ fn found(rig: impl Fn(f64) -> Planted, by: By, seed: u64) -> Option<Vec<Critical
             entries.push(ReleaseEntry::new("r.csv", (name, stiffness), Axis::Mid, speed));
             let record = rig(wn).record(speed, &mut random);
             let found = identify(&record, &[Method::LeastSquares], &Settings::default()).unwrap();
-            let mut found = Identified::of(found).unwrap();
+            let mut found = Identified::from_identification(found).unwrap();
             if by == By::OneValue {
                 found.by_window.clear();
             }

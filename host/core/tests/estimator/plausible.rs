@@ -170,7 +170,8 @@ fn doubted(made: &Made) -> Vec<Doubt> {
             let (time_s, yaw_deg) = release.samples.map(|s| (s.time_s, s.yaw_deg)).unzip();
             let record = Record::new(p.file.clone(), time_s, yaw_deg);
             let found = identify(&record, &[Method::LeastSquares], &Settings::default());
-            let found = Identified::of(found.expect(&made.about)).expect("an estimate");
+            let found =
+                Identified::from_identification(found.expect(&made.about)).expect("an estimate");
             let wn = found.natural_frequency_rad_s.value;
             let facts = Facts::new(&record, found.from_s, found.to_s, wn);
             (found, facts)

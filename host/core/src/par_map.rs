@@ -8,16 +8,16 @@ use std::vec::IntoIter;
 const UNLOCKED: &str = "no lock was held by what panicked";
 
 /// Iterators whose items are mapped at once.
-pub(crate) trait AtOnce: Iterator + Sized {
+pub(crate) trait ParMap: Iterator + Sized {
     /// As `map`, in the same order; all of it is done when this returns.
-    fn map_at_once<R: Send>(self, f: impl Fn(Self::Item) -> R + Sync) -> IntoIter<R>
+    fn par_map<R: Send>(self, f: impl Fn(Self::Item) -> R + Sync) -> IntoIter<R>
     where
         Self::Item: Send,
     {
         let given: Vec<Mutex<Option<Self::Item>>> =
             self.map(|item| Mutex::new(Some(item))).collect();
         let done: Vec<Mutex<Option<R>>> = given.iter().map(|_| Mutex::new(None)).collect();
-        each_at_once(given.len(), &|k| {
+        par_each(given.len(), &|k| {
             let item = given[k].lock().expect(UNLOCKED).take().expect("an item is taken once");
             let result = f(item);
             *done[k].lock().expect(UNLOCKED) = Some(result);
@@ -28,10 +28,10 @@ pub(crate) trait AtOnce: Iterator + Sized {
     }
 }
 
-impl<I: Iterator> AtOnce for I {}
+impl<I: Iterator> ParMap for I {}
 
 /// The one place where work is parted: compiled once, whatever is done.
-fn each_at_once(count: usize, job: &(dyn Fn(usize) + Sync)) {
+fn par_each(count: usize, job: &(dyn Fn(usize) + Sync)) {
     match count {
         0 => {}
         1 => job(0),
