@@ -10,12 +10,13 @@
 //! with it two programs of any age find out whether they can talk.
 
 use crate::checksum::crc32;
-use crate::wire::HELLO_KEY;
 use heapless::Vec;
 use postcard_schema::key::Key;
 use postcard_schema::Schema;
 use serde::{de::DeserializeOwned, Serialize};
 
+/// Key of [`Hello`](crate::wire::Hello) and [`HelloReply`](crate::wire::HelloReply): "HELO".
+pub const HELLO_KEY: u32 = u32::from_le_bytes(*b"HELO");
 /// First byte of every frame.
 pub const VERSION: u8 = 1;
 /// Longest frame before COBS: header, body and CRC.

@@ -39,8 +39,6 @@ pub const TRIAL_SAMPLES: u32 = 10_000;
 pub const SAMPLES_BETWEEN_ERASES: u32 = 600_000;
 /// Events a device keeps for a host that missed them.
 pub const KEPT_EVENTS: usize = 32;
-/// Key of [`Hello`] and [`HelloReply`]: "HELO".
-pub const HELLO_KEY: u32 = u32::from_le_bytes(*b"HELO");
 /// Key of [`Samples`]: "SMPL".
 pub const SAMPLES_KEY: u32 = u32::from_le_bytes(*b"SMPL");
 

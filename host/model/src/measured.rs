@@ -6,9 +6,9 @@ use crate::model_fit::{self, Data, Recorded};
 use crate::revise::{self, Current, Revision, RevisionRequest};
 use std::path::Path;
 use yawrig_base::error::{Error, Exit, Result};
+use yawrig_core::diagnosis::together::Releases;
 use yawrig_core::effects::Effect;
 use yawrig_core::law::estimate::{measure, Curve, Measured};
-use yawrig_core::law::releases::Releases;
 
 /// The record that is released from the largest angle: where most of a law is seen.
 pub fn largest(data: &Data) -> &Recorded {

@@ -16,13 +16,14 @@ use yawrig_base::message::Progress;
 use yawrig_base::settings;
 use yawrig_campaign::CampaignFile;
 use yawrig_core::bic::{self, MARGIN};
+use yawrig_core::derivatives::can::Can;
 use yawrig_core::derivatives::condition::Identified;
 use yawrig_core::derivatives::table::Point;
 use yawrig_core::effects::{Effect, MEASURED_LAW};
 use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::fit::joint::JointFit;
 use yawrig_core::identify::{identify, Method, Settings};
-use yawrig_core::plan::{self, Can, Narrowed, Possible, Ranked, Rival};
+use yawrig_core::plan::{self, Narrowed, Possible, Ranked, Rival};
 use yawrig_core::quantity::Quantity;
 use yawrig_records::Selection;
 

@@ -1,5 +1,5 @@
-//! Imports between the files of the workspace: none run in a circle, and crates import only those they are
-//! built on.
+//! Imports between the files of the workspace, and between their folders: none run in a circle, and crates import
+//! only those they are built on.
 //!
 //! Read from the sources: `use` trees, and paths written out. A name that a module hands on with `pub use`
 //! counts as that of the file it comes from. What only tests import does not count (`#[cfg(test)] mod x { }`,
@@ -299,6 +299,34 @@ fn no_circle_between_files() {
         }
     }
     assert!(wrong.is_empty(), "imports in a circle:\n{}", wrong.join("\n"));
+}
+
+/// Those of a crate's folders, and of its files that are in none, by those of what they hold.
+fn of_folders<'a>(
+    arrows: &BTreeMap<&'a str, BTreeSet<&'a str>>,
+) -> BTreeMap<&'a str, BTreeSet<&'a str>> {
+    let folder = |name: &'a str| name.split(['/', '.']).next().expect("a name");
+    let mut folders: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for (name, imported) in arrows {
+        let from = folder(name);
+        let others = imported.iter().map(|other| folder(other));
+        // A crate's root hands on what is in all of them.
+        let others = others.filter(|other| ![from, "lib"].contains(other) && from != "lib");
+        folders.entry(from).or_default().extend(others);
+    }
+    folders
+}
+
+#[test]
+fn no_circle_between_folders() {
+    let mut wrong = Vec::new();
+    for room in &ROOMS {
+        let modules = Modules::read(room);
+        for (folders, way) in circles(&of_folders(&modules.arrows())) {
+            wrong.push(format!("{}: {way}; in all {folders:?}", room.0));
+        }
+    }
+    assert!(wrong.is_empty(), "folders that import each other:\n{}", wrong.join("\n"));
 }
 
 #[test]

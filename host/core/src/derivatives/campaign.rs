@@ -4,8 +4,8 @@
 //! it is taken as zero and said to be.
 
 use super::at::At;
+use super::can::Can;
 use super::doubt::Kind;
-use crate::plan::Can;
 use crate::quantity::Quantity;
 use crate::record::Called;
 use serde::{Deserialize, Serialize};

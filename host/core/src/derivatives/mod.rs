@@ -7,6 +7,7 @@
 mod alike;
 pub mod at;
 pub mod campaign;
+pub mod can;
 mod computed;
 pub mod condition;
 pub mod critical;

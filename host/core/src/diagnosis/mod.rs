@@ -29,5 +29,6 @@ mod search_start;
 mod several;
 mod several_fit;
 pub(crate) mod survivors;
+pub mod together;
 pub(crate) mod verdict;
 pub mod wind;

@@ -2,12 +2,13 @@
 
 use crate::effects::Scale;
 use crate::error::Result;
-use crate::fit::lines::{self, SteadyLine};
+use crate::fit::lines;
 use crate::fit::noise::{Colour, Spectrum};
 use crate::fit::noise_floor;
 use crate::identify::gaps::{self, Warning};
 use crate::identify::outliers::exclude_spikes;
 use crate::identify::samples::{Means, Samples, Stretch};
+use crate::identify::steady_line::SteadyLine;
 use crate::identify::{self, Begin, End, Settings, WindowEstimate};
 use crate::motion::simulate::Grid;
 use crate::record::{resample, Derivative, Measurand, Record};

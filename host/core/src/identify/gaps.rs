@@ -7,7 +7,7 @@
 use super::envelope::{envelope, strongest_frequency_rad_s};
 use super::least_squares::fit_mode;
 use super::samples::Samples;
-use crate::fit::lines::SteadyLine;
+use super::steady_line::SteadyLine;
 use crate::record::Record;
 use crate::statistics::median;
 use std::borrow::Cow;

@@ -27,6 +27,7 @@ pub mod samples;
 mod settings;
 pub mod several;
 mod smooth;
+pub mod steady_line;
 mod trend;
 pub mod uncertainty;
 pub(crate) mod windows;

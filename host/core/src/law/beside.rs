@@ -2,12 +2,12 @@
 //! randomness.
 
 use super::estimate::{fit_whole, Measured};
-use super::releases::Releases;
 use crate::diagnosis::forced::is_random;
 use crate::diagnosis::guards::HARMONIC;
 use crate::diagnosis::likelihood::BREADTH;
 use crate::diagnosis::over_pieces::Lengths;
 use crate::diagnosis::prediction::{predict_within, Prediction};
+use crate::diagnosis::together::Releases;
 use crate::diagnosis::verdict::MAX_LEFT;
 use crate::discrepancy::ABOVE_NOISE;
 use crate::effects::{Acts, Effect};

@@ -3,12 +3,12 @@
 //! The curves are fitted to short pieces of the records with states of their own, then to longer ones; how
 //! smooth they are is what predicts left-out pieces best.
 
-use super::releases::Releases;
 use super::roughness::{inflation, reached};
 use super::tables::Tables;
 use super::trials::{fit_all, Trial, Trials};
 use crate::diagnosis::over_pieces::{whole, Lengths};
 use crate::diagnosis::prediction::{predict_within, Prediction};
+use crate::diagnosis::together::Releases;
 use crate::effects::{Effect, MeasuredLaw, Part};
 use crate::error::{Error, Result};
 use crate::fit::at_amplitude::{at_amplitudes, AtAmplitude};

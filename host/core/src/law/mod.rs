@@ -8,7 +8,6 @@ pub mod left;
 mod line;
 pub mod names;
 mod on_curve;
-pub mod releases;
 mod roughness;
 pub mod tables;
 mod trials;

@@ -1,11 +1,11 @@
 //! The laws that are tried, and the one of them that predicts best.
 
 use super::line::{line, NO_BETTER};
-use super::releases::Releases;
 use super::roughness::Nearby;
 use super::tables::Tables;
 use crate::diagnosis::over_pieces::Lengths;
 use crate::diagnosis::prediction::{predict_within, Prediction};
+use crate::diagnosis::together::Releases;
 use crate::effects::{Effect, MeasuredLaw};
 use crate::error::{Error, Result};
 use crate::fit::fitting::Structure;

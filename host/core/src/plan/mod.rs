@@ -20,7 +20,7 @@ mod possible;
 mod precision;
 mod tied;
 
-pub use possible::{Can, Possible, Rival};
+pub use possible::{Possible, Rival};
 pub use precision::{precision, Narrowed};
 
 use crate::bic::MARGIN;

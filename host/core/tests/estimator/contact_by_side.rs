@@ -4,12 +4,12 @@
 use crate::let_go::let_go;
 use std::slice::from_ref;
 use yawrig_core::diagnosis::diagnose::{diagnose, Grouping, Options, Status};
+use yawrig_core::diagnosis::together::Releases;
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::Structure;
 use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::law::estimate::measure;
 use yawrig_core::law::names::names;
-use yawrig_core::law::releases::Releases;
 use yawrig_core::record::Record;
 
 /// Stiffness over the inertia, 1/s2, and angle, deg; none where it is 0.

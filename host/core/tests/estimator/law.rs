@@ -6,11 +6,11 @@
 use crate::planted_laws::{family, planted, Kind, Planted};
 use rayon::prelude::*;
 use std::time::Instant;
+use yawrig_core::diagnosis::together::Releases;
 use yawrig_core::fit::fitting::Structure;
 use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::law::estimate::{measure, Measured};
 use yawrig_core::law::names::{names, Name, Names};
-use yawrig_core::law::releases::Releases;
 use yawrig_core::quantity::Quantity;
 
 struct Case {

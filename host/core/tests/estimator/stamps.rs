@@ -6,11 +6,11 @@ use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 use std::slice::from_ref;
 use yawrig_core::diagnosis::diagnose::{diagnose, Grouping, Options};
+use yawrig_core::diagnosis::together::Releases;
 use yawrig_core::fit::fitting::{fit_plain, Structure};
 use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::identify::{identify, Method, Settings};
 use yawrig_core::law::estimate::measure;
-use yawrig_core::law::releases::Releases;
 use yawrig_core::record::Record;
 
 /// Steps in units of the nominal one, and how they are written.

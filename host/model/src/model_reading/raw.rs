@@ -3,8 +3,8 @@
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use toml::Spanned;
+use yawrig_core::derivatives::can::Can;
 use yawrig_core::effects::{Knots, Line, SourceKind};
-use yawrig_core::plan::Can;
 use yawrig_core::record::Said;
 use yawrig_records::Selection;
 use yawrig_shared::axis::Axis;

@@ -1,4 +1,4 @@
-//! Releases that are under one law: what is common to them, and what each has for itself.
+//! Releases that are under one law, measured or looked for: what is common to them, and what each has for itself.
 
 use crate::diagnosis::over_pieces::{plain_start, Lengths};
 use crate::error::Result;
@@ -51,7 +51,7 @@ impl<'a> Releases<'a> {
     }
 
     /// The release, where there is one.
-    pub(super) fn alone(&self) -> Option<&FreeDecay> {
+    pub(crate) fn alone(&self) -> Option<&FreeDecay> {
         match &self.decays[..] {
             [decay] => Some(decay),
             _ => None,
@@ -86,7 +86,7 @@ impl<'a> Releases<'a> {
     }
 
     /// wn (rad/s) and zeta of each release, in the order given.
-    pub(super) fn modal(&self, fit: &PieceFit) -> Vec<[f64; 2]> {
+    pub(crate) fn modal(&self, fit: &PieceFit) -> Vec<[f64; 2]> {
         let mut out = vec![[0.0; 2]; self.given.len()];
         for (&given, numbers) in self.given.iter().zip(self.begins(fit)) {
             out[given] = [numbers[WN], numbers[ZETA]];
@@ -96,7 +96,7 @@ impl<'a> Releases<'a> {
 
     /// `common` with so much more linear damping, 2 zeta wn in 1/s, in each release; `None` where that makes
     /// one grow.
-    pub(super) fn damped(&self, common: &[f64], more_per_s: f64) -> Option<Vec<f64>> {
+    pub(crate) fn damped(&self, common: &[f64], more_per_s: f64) -> Option<Vec<f64>> {
         let mut out = common.to_vec();
         let layout = self.layout(&Structure::default());
         let modals: BTreeSet<usize> = (0..self.decays.len()).map(|i| layout.modal(i)).collect();
@@ -124,7 +124,7 @@ impl<'a> Releases<'a> {
 
     /// All fitted whole, long ones' beginnings, from where their pieces have led, by fixed steps and then by steps
     /// that adapt; the first release's share of it.
-    pub(super) fn whole(&self, fit: &PieceFit) -> Result<Fitted> {
+    pub(crate) fn whole(&self, fit: &PieceFit) -> Result<Fitted> {
         let begun = |d: &Cow<'_, FreeDecay>| d.yaw_rad.len().min(BEGINNING);
         let whole = self.decays.iter().map(|d| Release { decay: d, count: begun(d) });
         let releases: Vec<Release> = whole.collect();
