@@ -18,7 +18,7 @@ pub(super) struct Linear {
 }
 
 impl Linear {
-    /// `None` where no own effect has states, or one that has them is not linear.
+    /// `None` where no own effect has states, or one that has them is not linear; or their numbers are none.
     pub(super) fn new(motion: &Motion) -> Option<Self> {
         let with_states = || motion.terms.own().iter().filter(|own| !own.effect.states.is_empty());
         if with_states().next().is_none() || !with_states().all(|own| own.effect.is_linear()) {
@@ -52,7 +52,8 @@ impl Linear {
         }
         let with_moment = slopes.row(1) + by.transpose();
         slopes.row_mut(1).copy_from(&with_moment);
-        Some(Self { slopes, constant, moment: (by, at_zero) })
+        let is_finite = slopes.iter().chain(&constant).chain(&by).all(|x| x.is_finite());
+        is_finite.then_some(Self { slopes, constant, moment: (by, at_zero) })
     }
 
     fn count(&self) -> usize {
