@@ -110,7 +110,7 @@ pub fn tokens(text: &str) -> Vec<String> {
     out
 }
 
-pub fn is_word(token: &str) -> bool {
+fn is_word(token: &str) -> bool {
     token.starts_with(|x: char| x.is_alphabetic() || x == '_')
 }
 

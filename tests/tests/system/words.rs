@@ -1,8 +1,7 @@
 //! The names of `CONTRIBUTING.md`, "Names": what is written, and what is not.
 
-use crate::imports::{root, tokens, ROOMS};
+use crate::imports::{root, tokens, Modules, ROOMS};
 use std::fs;
-use std::path::{Path, PathBuf};
 
 /// Of each row of the table: what is not written, and in what.
 fn banned() -> Vec<(String, String)> {
@@ -15,17 +14,6 @@ fn banned() -> Vec<(String, String)> {
         cells[2].split(", ").map(of).collect()
     };
     cells.flat_map(words).collect()
-}
-
-fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).expect("a folder").flatten() {
-        let path = entry.path();
-        if path.is_dir() {
-            sources(&path, found);
-        } else if path.extension().is_some_and(|e| e == "rs") {
-            found.push(path);
-        }
-    }
 }
 
 /// Whether the function whose parameters begin at `open` takes no `self` and gives its own type.
@@ -75,13 +63,13 @@ fn defined(text: &str, banned: &[(String, String)]) -> Vec<String> {
 fn names_are_those_of_the_field() {
     let banned = banned();
     assert!(banned.len() >= 6, "{banned:?}");
-    let mut files = Vec::new();
-    ROOMS.iter().for_each(|(folder, ..)| sources(&root().join(folder).join("src"), &mut files));
     let mut found = Vec::new();
-    for file in &files {
-        let text = fs::read_to_string(file).expect("a source");
-        let names = defined(&text, &banned);
-        found.extend(names.into_iter().map(|name| format!("{}: {name}", file.display())));
+    for room @ (folder, ..) in &ROOMS {
+        for (file, _) in Modules::read(room).files.values() {
+            let text = fs::read_to_string(root().join(folder).join("src").join(file));
+            let names = defined(&text.expect("a source"), &banned);
+            found.extend(names.into_iter().map(|name| format!("{folder}/src/{file}: {name}")));
+        }
     }
     assert!(found.is_empty(), "not as CONTRIBUTING.md writes them:\n{}", found.join("\n"));
     // It sees what it looks for.

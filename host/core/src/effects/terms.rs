@@ -183,6 +183,16 @@ impl Terms {
         &self.own
     }
 
+    /// The own effects that have states, and the constant moment, without all others.
+    pub(crate) fn with_states_alone(&self) -> Self {
+        let has_states = |own: &&OwnTerm| !own.effect.states.is_empty();
+        Self {
+            constant_moment_rad_s2: self.constant_moment_rad_s2,
+            own: self.own.iter().filter(has_states).cloned().collect(),
+            ..Self::in_wind(self.wind_speed_m_s)
+        }
+    }
+
     /// Whether the splitting follows it with no other corners than those of dry friction.
     pub(crate) fn is_smooth_between_turns(&self) -> bool {
         self.remembered.is_empty() && self.dead_zone_rad == 0.0 && !self.adapts_steps()

@@ -4,7 +4,7 @@
 use super::oscillator::Motion;
 use super::piece::Piece;
 use std::cell::RefCell;
-use yawrig_expression::{follow, OwnTerm, Prepared, MAX_OWN, MAX_STATES};
+use yawrig_expression::{follow, Prepared, MAX_OWN, MAX_STATES};
 
 /// States of all own effects of a model; those beyond what there are are zero.
 pub(super) type States = [f64; MAX_OWN * MAX_STATES];
@@ -30,14 +30,8 @@ pub(super) struct Own {
 
 impl Own {
     pub(super) fn new(motion: &Motion) -> Self {
-        Self::of_those(motion, |_| true)
-    }
-
-    /// Of some of them.
-    pub(super) fn of_those(motion: &Motion, which: impl Fn(&OwnTerm) -> bool) -> Self {
         let (wn, wind) = (motion.natural_frequency_rad_s, motion.terms.wind_speed_m_s);
-        let those = motion.terms.own().iter().filter(|own| which(own));
-        let each: Vec<_> = those.map(|own| own.prepared(wn, wind)).collect();
+        let each: Vec<_> = motion.terms.own().iter().map(|own| own.prepared(wn, wind)).collect();
         let count = each.iter().map(|(_, rates)| rates.len()).sum();
         Self { each: RefCell::new(each), count }
     }

@@ -1,6 +1,6 @@
 //! The states of a user's own effects on the way: where a motion begins, at rest, and along a given one.
 
-use super::linear_states::Linear;
+use super::linear_states::{Began, Linear};
 use super::oscillator::{Flow, Motion, Walk};
 use super::own_effects::{Own, States};
 use super::own_motion::Walker;
@@ -95,20 +95,34 @@ impl Motion {
             let found = release.back(near, &held);
             let at_rest =
                 |began: &Self| began.rate_rad_s.abs() <= AT_REST * wn * self.amplitude_rad();
-            if let Some((z, _)) = found.filter(|(_, began)| at_rest(began)) {
-                return z;
+            if let Some(found) = found.filter(|found| at_rest(&found.began)) {
+                return found.states;
             }
         }
-        let swinging = linear.and_then(|l| l.swinging([self.yaw_rad, self.rate_rad_s]));
-        if let Some(z) = swinging {
-            return z;
+        // Of linear states it is known what they are in a motion that has swung for long; what else bends it shows
+        // along the way from there.
+        if let Some(slow) = linear.and_then(|linear| linear.slow()) {
+            let way = Trace::new(self, TAU / wn, start_s);
+            let found = way.back(slow.begun(self, way.back_s), &|began, _| slow.states(began));
+            let found = found.filter(|found| found.ends_there);
+            return found.map_or_else(|| slow.states(self), |found| found.states);
         }
         let cycle = Trace::new(self, TAU / wn, start_s);
         let middle = self.own_states_held_at(self.rest_rad());
         // Once round is where it begins again.
         let round = |_: &Self, last: Option<States>| last.unwrap_or(middle);
-        cycle.back(None, &round).map_or(States::default().map(|_| f64::NAN), |(z, _)| z)
+        cycle.back(None, &round).map_or(States::default().map(|_| f64::NAN), |found| found.states)
     }
+}
+
+/// What is known of the way by which a motion came to its angle and rate.
+struct Found {
+    /// The states at its end.
+    states: States,
+    /// Where it began.
+    began: Motion,
+    /// Whether it ends at that angle and rate.
+    ends_there: bool,
 }
 
 /// The way by which a motion came to its angle and rate.
@@ -123,14 +137,14 @@ impl<'a> Trace<'a> {
         Self { motion, back_s, start_s }
     }
 
-    /// The states now, and angle and rate where the way began, with the states that `first` gives for that and
-    /// for those at the end of the last try; none where no way leads here. From angle and rate `near` where it
-    /// began, with how these depend on the end, or from those of the plain model.
+    /// The way with the states that `first` gives for its beginning and for those at the end of the last try; none
+    /// where no way leads here. From angle and rate `near` where it began, with how these depend on the end, or
+    /// from those of the plain model.
     fn back(
         &self,
-        near: Option<([f64; 2], Matrix2<f64>)>,
+        near: Option<Began>,
         first: &dyn Fn(&Motion, Option<States>) -> States,
-    ) -> Option<(States, Motion)> {
+    ) -> Option<Found> {
         let motion = self.motion;
         let wn = motion.natural_frequency_rad_s;
         // The dependence is then as is seen of it (C. G. Broyden, Math. Comput. 19, 1965).
@@ -142,7 +156,7 @@ impl<'a> Trace<'a> {
         let mut began = Motion { yaw_rad, rate_rad_s, ..motion.clone() };
         began.terms.precise = true;
         if self.back_s == 0.0 {
-            return Some((first(&began, None), began));
+            return Some(Found { states: first(&began, None), began, ends_there: true });
         }
         let (mut last, mut before): (Option<States>, Option<[Vector2<f64>; 2]>) = (None, None);
         for _ in 0..TRIES {
@@ -157,9 +171,13 @@ impl<'a> Trace<'a> {
             let is_settled = last.is_some_and(|last| !end.iter().zip(&last).any(apart));
             // What does not depend on the last try has nothing to settle.
             if is_found && (is_settled || first(&began, Some(end)) == z) {
-                return Some((end, began));
+                return Some(Found { states: end, began, ends_there: true });
             }
             if let Some([moved, was]) = before {
+                // Friction holds it, or all bends too much.
+                if near.is_some() && off.norm() >= was.norm() {
+                    break;
+                }
                 let change = inverse * (was - off);
                 let size = moved.dot(&change);
                 if size != 0.0 {
@@ -171,8 +189,8 @@ impl<'a> Trace<'a> {
                 (began.yaw_rad + moved.x, began.rate_rad_s + wn * moved.y);
             (before, last) = (Some([moved, off]), Some(end));
         }
-        // Friction may hold it: then many ways, and one as good as another, end here.
-        last.map(|z| (z, began))
+        // Where friction holds it many ways end here, one as good as another.
+        last.map(|states| Found { states, began, ends_there: false })
     }
 
     /// The states, angle and rate at the end of the way from `began` with `first`.

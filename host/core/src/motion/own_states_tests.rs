@@ -124,3 +124,29 @@ fn linear_states_are_followed_by_fixed_steps() {
         }
     }
 }
+
+/// Beside friction, or about a rest angle on a curved spring, linear states that begin later on are those of the way
+/// there; beside a spring that changes the frequency by a quarter no way is found, and they are those of the plain
+/// model, which is off by about as much.
+#[test]
+fn linear_states_begin_later_on_beside_what_bends() {
+    let lag = || (own(LAG, "-c * z"), &[3.0, 0.2][..]);
+    let about = [(Effect::StaticOffset, &[2.0][..]), (Effect::QuadraticStiffness, &[60.0])];
+    for (beside, most) in [
+        (vec![(Effect::CoulombFriction, &[0.05][..])], 1e-4),
+        (about.to_vec(), 3e-3),
+        (vec![(Effect::CubicStiffness, &[300.0])], 0.25),
+    ] {
+        let effects: Vec<_> = std::iter::once(lag()).chain(beside).collect();
+        let motion = Motion { damping_ratio: 0.005, ..motion(&effects) };
+        let all = integrated(&motion, 1e-3, 8500);
+        for k in [4000, 4100, 6000, 6250, 8300] {
+            let [yaw_rad, rate_rad_s] = [all[k][0], all[k][1]];
+            let there = Motion { yaw_rad, rate_rad_s, ..motion.clone() };
+            let found = there.own_states(k as f64 * 1e-3);
+            let off = (all[k][2] - found[0]).abs() / yaw_rad.hypot(rate_rad_s / 7.0);
+            println!("{} effects, {k} ms: off by {off:.1e} of the amplitude", effects.len());
+            assert!(off <= most, "{off}");
+        }
+    }
+}

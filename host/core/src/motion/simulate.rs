@@ -240,7 +240,7 @@ impl<'a> Walker<'a> {
     #[inline]
     fn remember(&mut self, b: f64, r: f64, rest: f64) {
         if let Some(own) = &mut self.own {
-            own.go(b - rest, r, rest);
+            own.half_step(b - rest, r, rest);
         }
     }
 

@@ -22,20 +22,17 @@ impl SmoothOwn {
     /// The own effects of `motion` for steps of `step_s` from `start_s` on, where all of them can be followed so.
     pub(super) fn new(motion: &Motion, [start_s, step_s]: [f64; 2]) -> Option<Self> {
         let (terms, wn) = (&motion.terms, motion.natural_frequency_rad_s);
-        let (late, others): (Vec<&OwnTerm>, Vec<&OwnTerm>) =
-            terms.own().iter().partition(|own| !own.effect.states.is_empty());
-        // Within a dead zone the spring that the half steps have does not act.
-        let late = match late.is_empty() {
-            true => None,
-            false if terms.dead_zone_rad > 0.0 => return None,
-            false => Some(Late::new(motion, motion.own_states_at(start_s), 0.5 * step_s)?),
+        let has_states = |own: &&OwnTerm| !own.effect.states.is_empty();
+        let late = match terms.own().iter().any(|own| has_states(&own)) {
+            // Within a dead zone the spring that the half steps have does not act.
+            true if terms.dead_zone_rad > 0.0 => return None,
+            true => Some(Late::new(motion, start_s, 0.5 * step_s)?),
+            false => None,
         };
+        let others = terms.own().iter().filter(|own| !has_states(own));
         let prepared = |own: &OwnTerm| own.prepared(wn, terms.wind_speed_m_s).0;
-        let mut own = Self {
-            each: RefCell::new(others.into_iter().map(prepared).collect()),
-            friction_rad_s2: 0.0,
-            late,
-        };
+        let mut own =
+            Self { each: RefCell::new(others.map(prepared).collect()), friction_rad_s2: 0.0, late };
         let a = motion.amplitude_rad();
         let v = wn * a;
         let sign = |x: f64| if x == 0.0 { 1.0 } else { x.signum() };
@@ -97,9 +94,9 @@ impl SmoothOwn {
 
     /// Half a step on from this deflection and rate about a middle.
     #[inline]
-    pub(super) fn go(&mut self, deflection: f64, r: f64, middle: f64) {
+    pub(super) fn half_step(&mut self, deflection: f64, r: f64, middle: f64) {
         if let Some(late) = &mut self.late {
-            late.go(deflection, r, middle);
+            late.half_step(deflection, r, middle);
         }
     }
 }
