@@ -115,7 +115,10 @@ impl Diagnose {
                 "\n\nfitted about the angle of rest, not about zero; the same model: {command}"
             );
         }
-        if records.len() == 1 && diagnosis.lacks_more() {
+        if diagnosis.jumps.is_some() {
+            text += "\n\na device learns its converter's error from some of its own releases and takes it out of each \
+                     sample: yawrig device linearity RECORD...; other converters and rests: yawrig doctor --device PORT";
+        } else if records.len() == 1 && diagnosis.lacks_more() {
             text += &format!("\n\nwhat is left may be a law that can be measured: {measure}");
         }
         let law = outcome.law.as_ref().and_then(|found| law::in_short(found, files, &measure));

@@ -4,14 +4,15 @@
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use yawrig_core::linearity::{Knots, Swings};
+use yawrig_core::diagnosis::diagnose::{diagnose, Common, Grouping, Options};
+use yawrig_core::linearity::{Jumps, Knots, Swings};
 use yawrig_core::record::Record;
 use yawrig_link::linearity::make;
 use yawrig_rig::{Effects, End, Samples, Sensor, Start};
 use yawrig_shared::linearity::Table;
 use yawrig_shared::modal::Modal;
 use yawrig_shared::wire::{Flags, LinearityPart, Refined, Reply, Request, PART_KNOTS};
-use yawrig_tests::converter::{record, settings, Converter, Release};
+use yawrig_tests::converter::{record, settings, Converter, Release, DEG_PER_COUNT};
 use yawrig_tests::desk::Desk;
 
 /// Rests: one from which a swing of 10 deg (120 codes) crosses a wide code, where nothing says what the angle
@@ -126,6 +127,43 @@ fn with_a_table_of_eight_releases_a_chip_is_as_good_as_an_ideal_converter() {
     assert!(error(crossing) < 0.1 * error(&without[..JUDGED]));
     assert!(u(crossing) < 0.3 * u(&without[..JUDGED]));
     assert!(share(ideal, within) >= 0.97);
+}
+
+/// One release through a chip is not explained by any moment, and what is left is said to be the reading's; through
+/// an ideal converter nothing is left. A spring's law and friction, which bend a cycle, too, are no jumps.
+#[test]
+fn a_diagnosis_names_the_jumps_of_a_converter() {
+    let mut random = ChaCha8Rng::seed_from_u64(31);
+    for (chip, rest_code) in [(1, 1480.0), (2, 2500.0), (3, 1536.0)] {
+        let release = Release { zeta: 0.008, ..Release::random(rest_code, &mut random) };
+        let through = |converter: &Converter| {
+            let record = record("r", &release.counts(converter, chip));
+            let grouping = Grouping::Rig(Common { same_rig: true, own: Vec::new() });
+            diagnose(&[record], &grouping, &Options::default()).expect("a decay").diagnosis
+        };
+        let chip = through(&Converter::chip(chip));
+        println!("{rest_code}: {:?}, {}", chip.jumps, chip.sentence);
+        let jumps = chip.jumps.expect("jumps");
+        // The wide code next to its rest: 36 and 60 codes away on the far side of it, or there.
+        let wide = if rest_code < 2000.0 { 1536.0 } else { 2560.0 };
+        let at_code = jumps.at_deg / (16.0 * DEG_PER_COUNT) + 2048.0;
+        assert!((at_code - wide).abs() < 8.0, "{at_code}");
+        assert!(chip.sentence.ends_with("no moment does that"), "{}", chip.sentence);
+        let ideal = through(&Converter::ideal());
+        assert!(ideal.jumps.is_none() && !ideal.lacks_more(), "{}", ideal.sentence);
+    }
+    let start = Start { amplitude_deg: 15.0, hold_s: 1.0, end: End::After(60.0) };
+    for effect in
+        ["cubic_stiffness:k3=60", "coulomb_friction:c=0.05", "odd_quadratic_stiffness:k=5"]
+    {
+        let effects = Effects::new(vec![effect.parse().expect("an effect")]).expect("one");
+        let truth = Modal { natural_frequency_rad_s: 8.0, damping_ratio: 0.01 };
+        let sensor = Sensor { noise_deg: 0.02, adc_step_deg: 0.0, ..Sensor::default() };
+        let samples =
+            Samples::with_effects(&truth, &effects, &start, &sensor, 5).expect("a release");
+        let (time_s, yaw_deg) = samples.map(|s| (s.time_s, s.yaw_deg)).unzip();
+        assert_eq!(Jumps::of_readings(&[Record::new("r", time_s, yaw_deg)]), None, "{effect}");
+    }
 }
 
 /// An ideal converter is not corrected, and neither is a spring that stiffens with the angle taken for one.

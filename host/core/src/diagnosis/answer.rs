@@ -11,6 +11,7 @@ use crate::fit::fitting::{
     held_out_over_noise, refit, Covariance, Fitted, Limit, Modal, Number, Structure,
 };
 use crate::fit::free_decay::FreeDecay;
+use crate::linearity::Jumps;
 use crate::quantity::Quantity;
 use crate::record::Said;
 use crate::roll::{RollDecay, Ship};
@@ -168,6 +169,9 @@ pub struct Diagnosis {
     pub where_release: String,
     /// What the model of the verdict leaves, all releases together.
     pub left: Left,
+    /// Jumps of the reading in what is left: a converter's or a sensor's. `None` where there are none, or nothing is
+    /// left.
+    pub jumps: Option<Jumps>,
     /// The answer in one sentence.
     pub sentence: String,
     /// Of a campaign; `None` where there is no point to compute.

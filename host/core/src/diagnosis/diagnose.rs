@@ -16,6 +16,7 @@ pub use crate::fit::fitting::Modal;
 use crate::fit::free_decay::FreeDecay;
 use crate::identify::gaps::{self, Warning};
 use crate::identify::several;
+use crate::linearity::Jumps;
 use crate::record::Record;
 
 /// Judges `releases`, one or several.
@@ -33,6 +34,9 @@ pub fn diagnose(releases: &[Record], grouping: &Grouping, options: &Options) -> 
     // A campaign begins from the second-order model, whatever is present.
     if let Grouping::Rig(_) = grouping {
         found.diagnosis.held_by_law = held_by_law(&found.decays, &options.present.effects);
+    }
+    if found.diagnosis.lacks_more() {
+        found.diagnosis.has_jumps(Jumps::of_readings(releases));
     }
     Ok(found)
 }

@@ -8,6 +8,7 @@ use crate::effects::Effect;
 use crate::fit::at_amplitude::at_amplitudes;
 use crate::fit::fitting::{Fitted, Modal};
 use crate::fit::free_decay::FreeDecay;
+use crate::linearity::Jumps;
 use crate::quantity::Quantity;
 use crate::statistics::{rms, weighted_rms};
 use std::collections::BTreeMap;
@@ -116,6 +117,7 @@ impl Diagnosis {
             where_release: files[worst].clone(),
             sentence: sentence(&effects, &left, model),
             left,
+            jumps: None,
             effects,
             derivatives: None,
         }
@@ -139,6 +141,22 @@ impl Diagnosis {
             self.left.where_ = NOISE.into();
         }
         self.sentence = sentence(&self.effects, &self.left, model);
+    }
+
+    /// Given jumps of the reading, in what is left.
+    pub(super) fn has_jumps(&mut self, jumps: Option<Jumps>) {
+        self.jumps = jumps;
+        let Some(Jumps { at_deg, by_deg, .. }) = jumps else { return };
+        let unit = &self.left.unit;
+        let words = format!(
+            "with jumps of the reading ({} {unit} at {} {unit}): a converter's or a sensor's, no moment does that",
+            Rounded(by_deg),
+            Rounded(at_deg)
+        );
+        // It ends with that.
+        self.sentence.truncate(self.sentence.len() - self.left.where_.len());
+        self.sentence += &words;
+        self.left.where_ = words;
     }
 
     /// Given a last step of a random moment, of another course in each of the releases, which are filtered.

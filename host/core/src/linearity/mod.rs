@@ -18,12 +18,14 @@
 
 mod damping;
 mod fit;
+mod jumps;
 mod start;
 mod table;
 
 use crate::error::{Error, Result};
 use crate::identify::{self, Settings};
 use crate::record::Record;
+pub use jumps::Jumps;
 use start::{Swing, MIN_CYCLES};
 pub use table::{Knots, Learned};
 
