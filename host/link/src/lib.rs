@@ -9,6 +9,7 @@ pub mod flash;
 pub mod holders;
 pub mod hub;
 pub mod image;
+pub mod install;
 pub mod key;
 pub mod linearity;
 pub mod live;

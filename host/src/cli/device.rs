@@ -1,5 +1,6 @@
 //! `yawrig device`: a device's firmware, protocol, network and slots.
 
+mod install;
 mod linearity;
 mod log;
 
@@ -14,7 +15,7 @@ use yawrig_link::client::Identity;
 use yawrig_link::follow::{device_json, learnt_json, sensor_json, start_json};
 use yawrig_link::key;
 use yawrig_link::linearity as link;
-use yawrig_shared::wire::{SlotState, Status, NOBODYS_KEY};
+use yawrig_shared::wire::{is_safe, SlotState, Status, NOBODYS_KEY};
 use yawrig_verbs::common::{network_id, print_json, print_line, SCHEMA_VERSION};
 
 #[derive(Args, Debug)]
@@ -31,6 +32,8 @@ pub struct Device {
 /// What may be changed of a device.
 #[derive(Subcommand, Debug)]
 enum Change {
+    /// Write a board's firmware: the first, or another version's
+    Install(install::Install),
     /// Make it take only networks signed with a key
     Lock {
         /// The private key's file (made by `yawrig keygen`), or the public key's 64 digits
@@ -73,6 +76,7 @@ pub fn run(arguments: &Device) -> Result<()> {
             Some(Act::Lock(public))
         }
         Some(Change::Unlock { key }) => Some(Act::Unlock(key::read(key)?)),
+        Some(Change::Install(asked)) => return asked.run(arguments.json),
         Some(Change::Linearity(asked)) => return asked.run(&arguments.device, arguments.json),
         Some(Change::Log(asked)) => return asked.run(&arguments.device, arguments.json),
     };
@@ -124,5 +128,7 @@ fn to_json(identity: &Identity, status: &Status) -> Value {
     object["linearity_absent"] = json!(status.linearity.absent.map(link::absent_name));
     object["sensor"] = sensor_json(&status.sensor);
     object["start"] = start_json(&status.start);
+    object["start"]["restarts"] = json!(status.restarts);
+    object["start"]["safe_mode"] = json!(is_safe(status.restarts));
     object
 }

@@ -14,6 +14,7 @@ mod export;
 mod files;
 mod foreign;
 mod formats;
+mod install;
 mod interrupts;
 mod law;
 mod linearity;
