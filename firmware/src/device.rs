@@ -25,6 +25,9 @@ use yawrig_shared::wire::{self, Cause, Decoder, Event, Flags, Phase, Settings, S
 /// What the samples are of where nothing else was said.
 const POTENTIOMETER: wire::Sensor = Potentiometer::<16, 12>::SENSOR;
 
+/// A minute.
+const SAMPLES_TO_RECOVER: u32 = 60_000;
+
 /// What is known of the network that runs.
 #[derive(Debug)]
 struct Running {
@@ -53,6 +56,7 @@ pub struct Device<F, const LOCKABLE: bool = true> {
 #[derive(Debug)]
 struct Core<F, const LOCKABLE: bool> {
     board: &'static str,
+    commit: &'static str,
     measuring: Measuring,
     refining: Refining,
     linearity: Linearity,
@@ -75,6 +79,7 @@ struct Core<F, const LOCKABLE: bool> {
     challenges: u32,
     session: u32,
     start: Start,
+    restarts: u8,
     sensor: wire::Sensor,
     /// Releases of which all that is to be remembered was given out; one with a refined result still to come
     /// is none.
@@ -116,6 +121,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
             decoder: Decoder::new(),
             core: Core {
                 board,
+                commit: "",
                 measuring: Measuring::new(Settings::default()),
                 refining: Refining::new(),
                 linearity: Linearity::new(),
@@ -132,6 +138,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
                 challenges: 0,
                 session: 0,
                 start: Start { cause: Cause::Unknown, crash: None },
+                restarts: 0,
                 sensor: POTENTIOMETER,
                 remembered: Some(0),
                 lost_bytes: 0,
@@ -142,12 +149,38 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
         }
     }
 
-    /// Takes up the newest network of the flash, or the one compiled in.
+    /// Takes up the newest network of the flash, or the one compiled in, and what else the flash keeps; in
+    /// [safe mode](Device::is_safe) nothing of it.
     pub fn start(&mut self) {
-        self.core.mend_lock();
         self.core.take_up_kept();
+        if self.is_safe() {
+            return;
+        }
+        self.core.mend_lock();
         self.core.take_up_linearity();
         self.core.take_up_log();
+    }
+
+    /// Whether it began so often without being asked that it only answers, until power comes or the reset button
+    /// is pressed: what it keeps, or what comes from the sensor, may be what makes it fail. It takes no
+    /// samples then, and a board gives it no memory. A network that is written replaces both that are kept.
+    pub fn is_safe(&self) -> bool {
+        wire::is_safe(self.core.restarts)
+    }
+
+    /// Whether it has just run for so long after starts that nobody asked for that the next one is the first
+    /// again.
+    pub fn has_recovered(&mut self) -> bool {
+        let recovered = self.core.restarts > 0 && self.samples() >= SAMPLES_TO_RECOVER;
+        if recovered {
+            self.core.restarts = 0;
+        }
+        recovered
+    }
+
+    /// Says of which commit the image is, where its build knew: the first answer to a host has it.
+    pub fn set_commit(&mut self, commit: &'static str) {
+        self.core.commit = commit;
     }
 
     /// Says how well the board knows its sampling clock, as a relative standard uncertainty in millionths;
@@ -156,10 +189,11 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
         self.core.measuring.set_board_clock(u_ppm);
     }
 
-    /// Says how this run began, where the board knows.
-    pub fn set_start(&mut self, start: Start) {
+    /// Says how this run began, where the board knows, and how many starts in a row nobody asked for: before
+    /// [`Device::start`].
+    pub fn set_start(&mut self, start: Start, restarts: u8) {
         log::start(self.core.board, &start);
-        self.core.start = start;
+        (self.core.start, self.core.restarts) = (start, restarts);
     }
 
     /// Says what the samples are of, where it is not a potentiometer that is read a thousand times a second.
@@ -237,6 +271,9 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
 
     /// The same with what its sensor says is the matter.
     pub fn flagged(&mut self, counts: u16, flags: Flags) {
+        if self.is_safe() {
+            return;
+        }
         self.core.pass(1);
         let full_scale_counts = self.core.measuring.settings().full_scale_counts;
         let counts = self.core.linearity.corrected(counts, full_scale_counts);
@@ -247,6 +284,9 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
 
     /// `count` samples before the next one were lost. Few are bridged, many end the release.
     pub fn lost(&mut self, count: u32) {
+        if self.is_safe() {
+            return;
+        }
         log::lost(count);
         self.core.pass(count);
         let (measuring, mut context) = self.core.split();

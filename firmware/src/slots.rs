@@ -152,10 +152,17 @@ impl<F: NorFlash, const LOCKABLE: bool> Store<F, LOCKABLE> {
         let slot = idle(running);
         self.sound[slot as usize] = false;
         if self.wants_erase(running) {
-            erase(&mut self.flash, slot.into())?;
-            self.erased[slot as usize] = true;
+            self.erase(slot)?;
         }
         self.update = Some(Update { slot, length, written: 0, verified: false });
+        Ok(())
+    }
+
+    /// Leaves nothing in a slot.
+    pub fn erase(&mut self, slot: Slot) -> Result<(), Refusal> {
+        self.sound[slot as usize] = false;
+        erase(&mut self.flash, slot.into())?;
+        self.erased[slot as usize] = true;
         Ok(())
     }
 

@@ -18,6 +18,7 @@ use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Exit};
 use yawrig_link::advice;
 use yawrig_link::bench::{Bench, Target};
+use yawrig_link::follow::check_measures;
 use yawrig_link::holders::holders;
 use yawrig_link::image;
 use yawrig_link::port;
@@ -77,7 +78,16 @@ pub fn device(path: &str) -> Vec<Check> {
                 let found = format!("{found}, but {}; {}", other.beside(), other.help());
                 return vec![Check::wrong(path, found, other.end())];
             }
-            if identity.firmware == ours {
+            if let Err(error) = check_measures(&status) {
+                return vec![Check::wrong(
+                    path,
+                    error.message,
+                    format!("yawrig device --device {path}"),
+                )];
+            }
+            // Behind the version the commit may stand.
+            let version = identity.firmware.split(' ').take(2);
+            if version.eq(ours.split(' ')) {
                 let command = format!("yawrig device linearity RECORD... --device {path}");
                 let advice = advice::of(&identity.board, &status)
                     .map(|found| Check::missing("sensor", found, &command));

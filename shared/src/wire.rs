@@ -27,8 +27,8 @@ pub use samples::{Samples, STREAM_CHUNK};
 use serde::{Deserialize, Serialize};
 pub use signing::{network_message, unlock_message, update_message, Signature, NOBODYS_KEY};
 pub use status::{
-    Cause, Crash, Forgotten, Learnt, NetworkStatus, Phase, Sensor, SensorKind, SlotState, Start,
-    Status, CRASH_FILE,
+    is_safe, Cause, Crash, Forgotten, Learnt, NetworkStatus, Phase, Sensor, SensorKind, SlotState,
+    Start, Status, CRASH_FILE,
 };
 
 /// Bytes of a blob in one chunk.

@@ -50,20 +50,27 @@ fn note(note: Note) {
     unsafe { addr_of_mut!(NOTE).cast::<Note>().write_volatile(note) };
 }
 
-/// How the program began, from the registers that say so, and from its note, which is used up.
-pub fn begun(chip_reset: u32, watchdog_reason: u32) -> Start {
+fn noted() -> Note {
     // SAFETY: as above.
-    let crash = unsafe { addr_of!(NOTE).cast::<Note>().read_volatile() }.read();
-    note(Note::NONE);
+    unsafe { addr_of!(NOTE).cast::<Note>().read_volatile() }
+}
+
+/// How the program began, from the registers that say so, and from its note, which is used up; and how many starts
+/// in a row nobody asked for.
+pub fn begun(chip_reset: u32, watchdog_reason: u32) -> (Start, u8) {
     let had = |bits| chip_reset & bits != 0;
-    Start { cause: cause(had(HAD_POWER_ON), had(HAD_RUN_LOW), watchdog_reason), crash }
+    let cause = cause(had(HAD_POWER_ON), had(HAD_RUN_LOW), watchdog_reason);
+    let (start, restarts, running) = noted().begin(cause);
+    note(running);
+    (start, restarts)
 }
 
 /// What is to be said of the board, and what it has; GP26 is an analogue input.
 pub struct Board<L> {
     pub name: &'static str,
     pub number: u64,
-    pub start: Start,
+    /// How it began, and how many starts in a row nobody asked for.
+    pub start: (Start, u8),
     pub rom: BootRom,
     pub usb: UsbBusAllocator<UsbBus>,
     pub watchdog: Watchdog,
@@ -92,11 +99,14 @@ pub fn run(board: Board<impl OutputPin>) -> ! {
         .device_class(USB_CLASS_CDC)
         .build();
     let mut device = Device::stopped(Slots::new(rom), name);
+    device.set_commit(option_env!("YAWRIG_COMMIT").unwrap_or_default());
+    device.set_start(start.0, start.1);
     device.start();
-    // SAFETY: bytes, of which any is one; read and written here alone.
-    device.recall(unsafe { &*addr_of!(MEMORY).cast::<Memory>() });
+    if !device.is_safe() {
+        // SAFETY: bytes, of which any is one; read and written here alone.
+        device.recall(unsafe { &*addr_of!(MEMORY).cast::<Memory>() });
+    }
     device.set_clock(CLOCK_U_PPM);
-    device.set_start(start);
     resets.reset().modify(|_, w| w.dma().clear_bit());
     while resets.reset_done().read().dma().bit_is_clear() {}
     let mut sampling =
@@ -115,8 +125,11 @@ pub fn run(board: Board<impl OutputPin>) -> ! {
                 }
             }
         }
-        if sampling.take(&mut device) {
+        if sampling.take(&mut device) || device.is_safe() {
             watchdog.feed();
+        }
+        if device.has_recovered() {
+            note(Note::NONE);
         }
         if let Some(memory) = device.memory() {
             // SAFETY: as above.
@@ -142,12 +155,13 @@ fn start_again() -> ! {
 /// Starts again, with the networks of its flash, and says where it was.
 #[panic_handler]
 fn panicked(info: &PanicInfo) -> ! {
-    note(info.location().map_or(Note::NONE, |place| Note::new(place.file(), place.line())));
+    let (file, line) = info.location().map_or(("", 0), |place| (place.file(), place.line()));
+    note(noted().crashed(file, line));
     start_again()
 }
 
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    note(Note::new("", frame.pc()));
+    note(noted().crashed("", frame.pc()));
     start_again()
 }

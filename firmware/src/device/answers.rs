@@ -11,6 +11,19 @@ use yawrig_shared::wire::{
     HELLO_KEY,
 };
 
+/// `yawrig 0.1.0 0a1b2c3d+`: version, commit (and a plus where files had been changed since); `debug` in place of it
+/// where that is how it was built.
+fn firmware(commit: &str) -> heapless::String<24> {
+    let mut said = heapless::String::new();
+    let build = if cfg!(debug_assertions) { "debug" } else { commit };
+    for part in [concat!("yawrig ", env!("CARGO_PKG_VERSION")), " ", build] {
+        // What finds no room is left out.
+        let _ = said.push_str(part);
+    }
+    said.truncate(said.trim_end().len());
+    said
+}
+
 impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
     pub(super) fn obey(&mut self, frame: &Frame<'_>) {
         let Frame { key, sequence, .. } = *frame;
@@ -19,7 +32,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
             let hello = HelloReply {
                 protocol: wire::REVISION,
                 messages_key: wire::MESSAGES_KEY,
-                firmware: HelloReply::text(concat!("yawrig ", env!("CARGO_PKG_VERSION"))),
+                firmware: HelloReply::text(&firmware(self.commit)),
                 board: HelloReply::text(self.board),
             };
             if let Ok(reply) = wire::encode_raw(HELLO_KEY, sequence, &hello.write()) {
@@ -88,6 +101,10 @@ impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
                     Err(_) => self.give_up_trial(),
                 }
                 committed?;
+                // The other may be what makes it fail, whatever its generation.
+                if wire::is_safe(self.restarts) {
+                    self.store.erase(Slot::Second)?;
+                }
             }
             Request::Lock { .. } if !LOCKABLE => return Err(Refusal::CannotLock),
             Request::Lock { key } => self.lock(&key)?,
@@ -212,6 +229,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
             learnt: self.measuring.learning().learnt(),
             linearity: self.linearity.known(),
             start: self.start.clone(),
+            restarts: self.restarts,
             sensor: self.sensor,
         }
     }

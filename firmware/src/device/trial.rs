@@ -6,7 +6,7 @@ use crate::BUILT_IN;
 use embedded_storage::nor_flash::NorFlash;
 use yawrig_shared::blob;
 use yawrig_shared::source::in_memory;
-use yawrig_shared::wire::{Forgotten, Refusal, TRIAL_SAMPLES};
+use yawrig_shared::wire::{is_safe, Forgotten, Refusal, TRIAL_SAMPLES};
 
 impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
     /// Time goes by: a network on trial that nobody confirms is given up.
@@ -78,12 +78,19 @@ impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
     pub(super) fn take_up_kept(&mut self) {
         self.read_kept();
         let network = self.running_id();
+        if is_safe(self.restarts) {
+            return;
+        }
         self.measuring.learning_mut().recall(self.store.flash(), network);
     }
 
     fn read_kept(&mut self) {
         self.measuring.network_changed();
-        self.running = match self.store.newest(&mut self.network) {
+        let newest = match is_safe(self.restarts) {
+            true => None,
+            false => self.store.newest(&mut self.network),
+        };
+        self.running = match newest {
             Some((slot, envelope, provenance)) => {
                 Some(Running::new(envelope, provenance, Some(slot)))
             }

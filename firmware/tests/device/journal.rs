@@ -45,7 +45,7 @@ fn short(seed: u32) -> Vec<u16> {
 #[test]
 fn what_nobody_listened_to_is_read_out_later() {
     let mut desk = Desk::new(MemoryFlash::with_log());
-    desk.device.set_start(started(Cause::Power));
+    desk.device.set_start(started(Cause::Power), 0);
     let mut said = Vec::new();
     for release in 0..40 {
         let wind = condition(if release < 20 { 0.0 } else { 10.0 });
@@ -56,7 +56,7 @@ fn what_nobody_listened_to_is_read_out_later() {
         if release == 9 {
             desk = Desk::new(desk.device.into_flash());
             let crash = Crash { file: "refine.rs".try_into().unwrap(), line: 12 };
-            desk.device.set_start(Start { cause: Cause::Watchdog, crash: Some(crash) });
+            desk.device.set_start(Start { cause: Cause::Watchdog, crash: Some(crash) }, 1);
         }
     }
     let entries = log(&mut desk);
@@ -97,7 +97,7 @@ fn starts_without_end_are_one_entry() {
     for cause in [Cause::Power, Cause::Watchdog] {
         for _ in 0..500 {
             let mut desk = Desk::new(flash);
-            desk.device.set_start(started(cause));
+            desk.device.set_start(started(cause), 0);
             desk.play([32_768; 3]);
             flash = desk.device.into_flash();
         }

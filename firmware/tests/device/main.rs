@@ -20,6 +20,7 @@ mod power_cuts;
 mod reference;
 mod retries;
 mod rp;
+mod safe_mode;
 mod scales;
 mod sensors;
 mod slots;

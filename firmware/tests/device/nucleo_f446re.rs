@@ -177,30 +177,9 @@ fn a_flash_that_refuses_is_a_fault_and_is_shut_again() {
 }
 
 #[test]
-fn what_ended_the_run_before_is_read_back_and_nothing_else_is() {
+fn what_made_the_processor_start_is_read_from_its_register() {
     use reset::cause;
-    use yawrig_firmware::crash::{Note, BYTES};
-    use yawrig_shared::wire::{Cause, CRASH_FILE};
-    let note = Note::new("firmware/src/device.rs", 123);
-    let crash = note.read().expect("a crash");
-    assert_eq!((crash.file.as_str(), crash.line), ("firmware/src/device.rs", 123));
-    // Of a long path the end; a letter that was cut in two is left out.
-    let long = format!("{}é{}", "x".repeat(10), "y".repeat(CRASH_FILE - 1));
-    assert_eq!(
-        Note::new(&long, 1).read().expect("a crash").file.as_str(),
-        "y".repeat(CRASH_FILE - 1)
-    );
-    assert_eq!(Note::new("", 0x0801_2345).read().expect("a fault").line, 0x0801_2345);
-    assert_eq!(Note::NONE.read(), None);
-    // What RAM holds when power comes, and a note of which a bit is another.
-    for fill in [0x00_u8, 0xff, 0x5a] {
-        assert_eq!(Note([fill; BYTES]).read(), None);
-    }
-    for bit in 0..8 * BYTES {
-        let mut other = note;
-        other.0[bit / 8] ^= 1 << (bit % 8);
-        assert_eq!(other.read(), None, "bit {bit}");
-    }
+    use yawrig_shared::wire::Cause;
     for (csr, wanted) in [
         (0x0e00_0000, Cause::Power),
         (0x0600_0000, Cause::Power),

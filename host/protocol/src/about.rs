@@ -2,10 +2,10 @@
 
 use crate::client::Identity;
 use crate::flash::{hex, LOST_HELP};
-use crate::follow::{learnt_text, sensor_text, start_text, topology};
+use crate::follow::{began_text, learnt_text, sensor_text, topology};
 use crate::linearity;
 use crate::numbers::{named, Named};
-use yawrig_shared::wire::{SlotState, Status, NOBODYS_KEY};
+use yawrig_shared::wire::{is_safe, SlotState, Status, NOBODYS_KEY};
 
 fn id(number: u32) -> String {
     format!("{number:08x}")
@@ -38,6 +38,7 @@ pub fn text(identity: &Identity, status: &Status) -> String {
     for (index, slot) in status.slots.iter().enumerate() {
         let state = match slot {
             SlotState::Empty => "empty".to_owned(),
+            SlotState::Invalid if is_safe(status.restarts) => "not looked at".to_owned(),
             SlotState::Invalid => "not committed or damaged".to_owned(),
             SlotState::Valid { generation, id: number } => {
                 format!("network {}, generation {generation}", id(*number))
@@ -61,6 +62,6 @@ pub fn text(identity: &Identity, status: &Status) -> String {
     let settings = &status.settings;
     lines.push(format!("analyses  {} deg down to {} deg", settings.from_deg, settings.to_deg));
     lines.push(format!("samples   {} taken, {} lost", status.samples, status.lost_samples));
-    lines.push(format!("started   {}", start_text(&status.start)));
+    lines.push(format!("started   {}", began_text(status)));
     lines.join("\n")
 }

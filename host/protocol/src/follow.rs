@@ -10,10 +10,11 @@ pub use json::{
 };
 use names::sensor_name;
 pub use names::{flag_advice, flag_names, forgotten_name, forgotten_of, is_refined};
+use yawrig_base::error::{Error, Exit, Result};
 use yawrig_core::quantity::Quantity;
 use yawrig_shared::wire::{
-    counting, Cause, Crash, Derivatives, Event, Flags, Forgotten, Learnt, Measured, Phase, Refined,
-    ReleaseResult, Sensor, Start,
+    counting, is_safe, Cause, Crash, Derivatives, Event, Flags, Forgotten, Learnt, Measured, Phase,
+    Refined, ReleaseResult, Sensor, Start, Status,
 };
 
 /// What the samples are of.
@@ -44,6 +45,35 @@ pub fn start_text(start: &Start) -> String {
             format!("{cause} after a panic at {file}:{line}; please report it")
         }
     }
+}
+
+/// The same of a device as it is, with how often in a row that was.
+pub fn began_text(status: &Status) -> String {
+    let (why, restarts) = (start_text(&status.start), status.restarts);
+    match restarts {
+        0 | 1 => why,
+        _ if is_safe(restarts) => format!("{why}, {restarts} times in a row; {SAFE}"),
+        _ => format!("{why}, {restarts} times in a row"),
+    }
+}
+
+/// What a device in safe mode is.
+const SAFE: &str =
+    "it is in safe mode: it measures nothing and has taken up nothing of what it keeps";
+
+/// A device that measures nothing.
+///
+/// # Errors
+/// Exit 4 where it is in safe mode.
+pub fn check_measures(status: &Status) -> Result<()> {
+    if !is_safe(status.restarts) {
+        return Ok(());
+    }
+    let why = format!("the device began anew: {}", began_text(status));
+    Err(Error::new(Exit::Device, why).help(
+        "look at the potentiometer's wires, unplug the device and plug it in; if it comes to this again, write its network anew \
+         (`yawrig flash`), and have it forget its table (`yawrig device linearity --forget`)",
+    ))
 }
 
 /// What the device has learnt of its network's error on a rig.

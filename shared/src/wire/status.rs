@@ -11,6 +11,12 @@ use serde::{Deserialize, Serialize};
 /// Bytes of a source file's path that a crash is told by: its end.
 pub const CRASH_FILE: usize = 24;
 
+/// Whether a device that began so many times in a row without being asked is in safe mode: it answers, measures
+/// nothing, and has taken up nothing of what its flash keeps.
+pub const fn is_safe(restarts: u8) -> bool {
+    restarts >= 3
+}
+
 /// State of one slot of the network store.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -58,6 +64,8 @@ pub struct Status {
     pub learnt: Learnt,
     pub linearity: Linearity,
     pub start: Start,
+    /// Starts in a row that nobody asked for, none of which has run for a minute.
+    pub restarts: u8,
     pub sensor: Sensor,
 }
 

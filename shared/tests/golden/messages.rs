@@ -219,6 +219,7 @@ fn the_longest_status_fits() {
             cause: Cause::Watchdog,
             crash: Some(Crash { file: full(), line: u32::MAX }),
         },
+        restarts: u8::MAX,
         sensor: Sensor { kind: SensorKind::Absolute, rate_hz: u16::MAX, delay_us: u16::MAX },
     };
     wire::encode(u16::MAX, &Reply::Status(status)).expect("a frame");

@@ -6,9 +6,20 @@ use yawrig_firmware::BUILT_IN;
 use yawrig_shared::blob;
 use yawrig_shared::derivatives::{Model, Wind};
 use yawrig_shared::wire::{
-    encode_raw, rig_id, Cause, Condition, Decoder, Event, HelloReply, Learnt, Phase, Reply,
-    Request, Settings, SlotState, Start, CHUNK, HELLO_KEY,
+    encode_raw, is_safe, rig_id, Cause, Condition, Decoder, Event, HelloReply, Learnt, Phase,
+    Reply, Request, Settings, SlotState, Start, CHUNK, HELLO_KEY,
 };
+
+/// Of which commit an image is that is built here, with a plus where files have been changed since; nothing where
+/// there is no history.
+fn commit() -> String {
+    let git = std::process::Command::new("git")
+        .args(["describe", "--always", "--exclude", "*", "--abbrev=8", "--dirty=+"])
+        .current_dir(root())
+        .output();
+    let said = git.ok().filter(|git| root().join(".git").exists() && git.status.success());
+    said.map_or(String::new(), |git| String::from_utf8_lossy(&git.stdout).trim().to_owned())
+}
 
 /// A release as a converter of 12 bits over 340 deg reads it: held for two seconds at 14 deg, let go.
 fn release(wn: f64, zeta: f64, seconds: f64) -> Vec<u16> {
@@ -40,13 +51,21 @@ fn condition(speed_m_s: f64) -> Request {
 /// was let go; its events.
 pub fn a_campaign_s_releases<B: Board>() -> Vec<Event> {
     let mut both = Both::<B>::start();
-    let hello = both.give(&encode_raw(HELLO_KEY, 1, &[]).expect("a frame"), &[]);
+    // The image says its commit, too.
+    let asked = encode_raw(HELLO_KEY, 1, &[]).expect("a frame");
+    both.machine.ask(&format!("line {}", data_encoding::HEXLOWER.encode(&asked)));
+    let (hello, _) = both.machine.run("run");
     let mut decoder = Decoder::new();
     let body = hello.iter().find_map(|byte| {
         let frame = decoder.push(*byte)?.expect("a frame");
         (frame.key == HELLO_KEY).then(|| HelloReply::read(frame.body).expect("a hello"))
     });
-    assert_eq!(body.expect("a hello").board, HelloReply::text(B::NAME));
+    let hello = body.expect("a hello");
+    assert_eq!(hello.board, HelloReply::text(B::NAME));
+    let firmware = String::from_utf8_lossy(&hello.firmware).trim_end_matches('\0').to_owned();
+    println!("{firmware}");
+    let version = concat!("yawrig ", env!("CARGO_PKG_VERSION"));
+    assert_eq!(firmware.strip_prefix(version).map(str::trim_start), Some(commit().as_str()));
     // The boards' own clocks are not equally good.
     let (degrees_per_count, clock_u_ppm) = (340.0 / 65_536.0, Some(5.0));
     let settings = Settings { degrees_per_count, clock_u_ppm, ..Settings::default() };
@@ -198,4 +217,29 @@ pub fn a_crash_is_said<B: Board>(code: Range<u32>) {
     let Start { cause, crash: Some(crash) } = start_of(&mut both) else { panic!("no crash") };
     assert_eq!((cause, crash.file.as_str()), (Cause::Software, "src/main.rs"));
     assert_eq!(crash.line as usize, line);
+}
+
+/// After three starts in a row that nobody asked for it answers without a converter, and takes up nothing that it
+/// keeps; with power it is as before.
+pub fn a_loop_of_restarts_ends<B: Board>() {
+    let mut both = Both::<B>::start();
+    for restarts in 1..=3 {
+        let (_, reset) = both.machine.run(["stall 4200", "fault", "stall 4200"][restarts - 1]);
+        assert!(reset.is_some());
+        assert_eq!(both.machine.run("run"), (Vec::new(), None));
+        let Ok(Reply::Status(status)) = both.ask_there(&Request::Status) else {
+            panic!("no status")
+        };
+        assert_eq!(
+            (usize::from(status.restarts), is_safe(status.restarts)),
+            (restarts, restarts == 3)
+        );
+    }
+    // Nothing is converted, and the watchdog is content.
+    let (_, reset) = both.machine.run("stall 9000");
+    assert_eq!(reset, None);
+    let Ok(Reply::Status(status)) = both.ask_there(&Request::Status) else { panic!("no status") };
+    assert_eq!((status.samples, status.restarts), (0, 3));
+    both.power_cycle();
+    assert_eq!(both.status().restarts, 0);
 }

@@ -152,7 +152,7 @@ pub struct Both<B: Board> {
 fn device<B: Board>(flash: B::Flash, cause: Cause) -> Device<B::Flash> {
     let mut device = Device::new(flash, B::NAME);
     device.set_clock(B::CLOCK_U_PPM);
-    device.set_start(Start { cause, crash: None });
+    device.set_start(Start { cause, crash: None }, u8::from(cause == Cause::Watchdog));
     device
 }
 

@@ -39,6 +39,12 @@ macro_rules! each_board {
 
         #[test]
         #[ignore = "needs unicorn: tests/run runs it"]
+        fn after_three_starts_that_nobody_asked_for_it_only_answers() {
+            crate::cases::a_loop_of_restarts_ends::<$board>();
+        }
+
+        #[test]
+        #[ignore = "needs unicorn: tests/run runs it"]
         fn what_is_refined_is_what_was_planted_wherever_the_rig_rests() {
             crate::accuracy::what_is_refined_is_what_was_planted::<$board>();
         }

@@ -27,6 +27,7 @@ pub fn run(mut after_round: impl FnMut(u32)) -> ! {
     let slots = unsafe { flash::erased() };
     // Without the lock, which would be gone with the next start.
     let mut device = Device::without_lock(slots, "mps2-an386");
+    device.set_commit(option_env!("YAWRIG_COMMIT").unwrap_or_default());
     device.start();
     let mut decoder = Decoder::default();
     let mut idle = 0;

@@ -36,7 +36,6 @@ use yawrig_firmware::crash::Note;
 use yawrig_firmware::device::Device;
 use yawrig_firmware::memory::Memory;
 use yawrig_firmware::serial::{receive, send};
-use yawrig_shared::wire::Start;
 
 /// Longer than a sector takes to erase (1.1 s), even where the watchdog's own clock is fast by half.
 const WATCHDOG_MS: u32 = 4000;
@@ -62,13 +61,16 @@ fn note(note: Note) {
     unsafe { addr_of_mut!(NOTE).cast::<Note>().write_volatile(note) };
 }
 
+fn noted() -> Note {
+    // SAFETY: as above.
+    unsafe { addr_of!(NOTE).cast::<Note>().read_volatile() }
+}
+
 #[entry]
 fn main() -> ! {
     let peripherals = Peripherals::take().expect("main runs once");
-    // SAFETY: as above.
-    let crash = unsafe { addr_of!(NOTE).cast::<Note>().read_volatile() }.read();
-    note(Note::NONE);
-    let start = Start { cause: cause(peripherals.RCC.csr().read().bits()), crash };
+    let (start, restarts, running) = noted().begin(cause(peripherals.RCC.csr().read().bits()));
+    note(running);
     // SAFETY: the bit that makes the next reset's cause readable.
     peripherals.RCC.csr().modify(|r, w| unsafe { w.bits(r.bits() | CSR_CLEAR) });
     let mut watchdog = IndependentWatchdog::new(peripherals.IWDG);
@@ -85,11 +87,14 @@ fn main() -> ! {
     let mut registers = Registers::new(peripherals.FLASH);
     brown_out::set(&mut registers);
     let mut device = Device::stopped(Slots::new(registers), "nucleo-f446re");
+    device.set_commit(option_env!("YAWRIG_COMMIT").unwrap_or_default());
+    device.set_start(start, restarts);
     device.start();
-    // SAFETY: bytes, of which any is one; read and written here alone.
-    device.recall(unsafe { &*addr_of!(MEMORY).cast::<Memory>() });
+    if !device.is_safe() {
+        // SAFETY: bytes, of which any is one; read and written here alone.
+        device.recall(unsafe { &*addr_of!(MEMORY).cast::<Memory>() });
+    }
     device.set_clock(CLOCK_U_PPM);
-    device.set_start(start);
     let mut sampling = Sampling::begin(
         peripherals.ADC1,
         peripherals.ADC_COMMON,
@@ -106,8 +111,11 @@ fn main() -> ! {
             }
         }
         send(&mut link, &mut device);
-        if sampling.take(&mut device) {
+        if sampling.take(&mut device) || device.is_safe() {
             watchdog.feed();
+        }
+        if device.has_recovered() {
+            note(Note::NONE);
         }
         if let Some(memory) = device.memory() {
             // SAFETY: as above.
@@ -120,12 +128,13 @@ fn main() -> ! {
 /// Starts again, with the networks of its flash, and says where it was.
 #[panic_handler]
 fn panicked(info: &PanicInfo) -> ! {
-    note(info.location().map_or(Note::NONE, |place| Note::new(place.file(), place.line())));
+    let (file, line) = info.location().map_or(("", 0), |place| (place.file(), place.line()));
+    note(noted().crashed(file, line));
     SCB::sys_reset()
 }
 
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    note(Note::new("", frame.pc()));
+    note(noted().crashed("", frame.pc()));
     SCB::sys_reset()
 }

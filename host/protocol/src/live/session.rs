@@ -4,7 +4,7 @@ use super::clock::Clock;
 use super::item::{Item, Windows};
 use crate::client::{Client, LinkError};
 use crate::condition::check;
-use crate::follow::{device_json, start_text};
+use crate::follow::{began_text, check_measures, device_json};
 use crate::line::Line;
 use crate::numbers::{named, Named};
 use std::collections::VecDeque;
@@ -90,9 +90,10 @@ impl<B: Board> Session<B> {
     /// Follows a device from now on.
     ///
     /// # Errors
-    /// Exit 7 where it does not answer, 4 where it is gone.
+    /// Exit 7 where it does not answer, 4 where it is gone or in safe mode.
     pub async fn new(mut bench: B, follow: Follow) -> Result<Self> {
         let status = bench.client().status().await?;
+        check_measures(&status)?;
         let mut session = Self {
             bench,
             follow,
@@ -311,7 +312,7 @@ impl<B: Board> Session<B> {
         self.clock = Clock::new(status.samples, session);
         self.windows = Windows::default();
         self.forgotten = true;
-        let why = start_text(&status.start);
+        let why = began_text(status);
         self.items.push_back(Item::Restarted { at: session, why });
     }
 
