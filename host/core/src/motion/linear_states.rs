@@ -113,7 +113,7 @@ pub(super) struct Slow {
 }
 
 impl Slow {
-    fn from_rest(&self, motion: &Motion) -> Vector2<f64> {
+    fn beside_rest(&self, motion: &Motion) -> Vector2<f64> {
         Vector2::new(motion.yaw_rad - self.rest[0], motion.rate_rad_s - self.rest[1])
     }
 
@@ -121,7 +121,7 @@ impl Slow {
     pub(super) fn states(&self, motion: &Motion) -> States {
         let k = self.states.nrows();
         let mut out = States::default();
-        let states = self.rest.rows(2, k) + &self.states * self.from_rest(motion);
+        let states = self.rest.rows(2, k) + &self.states * self.beside_rest(motion);
         out[..k].copy_from_slice(states.as_slice());
         out
     }
@@ -130,7 +130,7 @@ impl Slow {
     pub(super) fn begun(&self, motion: &Motion, back_s: f64) -> Option<Began> {
         let back = (self.motion * -back_s).exp();
         let rest = Vector2::new(self.rest[0], self.rest[1]);
-        began(rest + back * self.from_rest(motion), back, motion)
+        began(rest + back * self.beside_rest(motion), back, motion)
     }
 }
 
