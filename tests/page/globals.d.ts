@@ -284,7 +284,7 @@ type ButtonId = "cancel-button" | "diagnose-button" | "fit-button" | "report-but
   | "tab-derivatives" | "tab-effects" | "tab-own" | "together-button" | "uncut-button" | "own-try" | "own-add" | "own-save"
   | "board-save" | "board-set" | "board-write" | "close-button" | "folder-button" | "phone-button" | "save-button";
 type DialogId = "campaign-dialog" | "drop-dialog" | "help" | "open-dialog" | "phone-dialog" | "save-dialog";
-type DetailsId = "board-about" | "printed";
+type DetailsId = "board-about" | "board-first" | "printed";
 type InputId = "board-area" | "board-density" | "board-file" | "board-inertia" | "board-length" | "board-spring" | "board-wind" | "open-file" | "open-folder" | "live-note" | "measure-file" | "measure-spring" | "measure-wind" | "replay-time";
 type SelectId = "board-axis" | "live-device" | "live-session" | "live-source" | "live-speed" | "measure-axis" | "measure-what" | "replay-place"
   | "replay-speed";

@@ -5,6 +5,7 @@ use super::assets;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::{built, files};
+use yawrig_link::install::Board;
 use yawrig_shared::checksum::crc32;
 
 /// The module's workspace, where this program was built; none of a program that is given away
@@ -19,6 +20,10 @@ const BESIDE: &str = "yawrig-web";
 const MODULE: [&str; 2] = ["yawrig.lzma", "yawrig.js"];
 /// What keeps the page in the browser.
 const OFFLINE: &str = "offline.js";
+const PAGE: &str = "index.html";
+/// Where in the folder the boards' first images are, and where in the page it is said what to do with them.
+const IMAGES: &str = "boards";
+const ABOUT_IMAGES: [&str; 2] = ["<details id=\"board-first\">", "</details>"];
 /// What builds it, from the root of the sources.
 const BUILD: &str = "host/web/build";
 
@@ -28,7 +33,7 @@ const BUILD: &str = "host/web/build";
 /// Exit 3 where there is no module and it cannot be built, or the folder cannot be written or holds another
 /// page.
 pub fn write(folder: &Path) -> Result<PathBuf> {
-    let page = folder.join("index.html");
+    let page = folder.join(PAGE);
     let is_ours = |text: &str| text.contains(assets::STILL_MARK);
     if std::fs::read_to_string(&page).is_ok_and(|text| !is_ours(&text)) {
         return Err(Error::data(format!("{} is another page", page.display()))
@@ -47,12 +52,43 @@ pub fn write(folder: &Path) -> Result<PathBuf> {
     all.extend(
         assets::still().into_iter().map(|(name, asset)| (name, asset.text.into_owned().into())),
     );
+    let images = images();
+    if images.is_empty() {
+        all.iter_mut().filter(|(name, _)| *name == PAGE).for_each(|(_, page)| without_images(page));
+    }
     all.push((OFFLINE, offline(&all).into()));
-    files::make_folder(folder)?;
+    files::make_folder(&folder.join(IMAGES))?;
+    for (name, image) in &images {
+        files::write_atomically(&folder.join(IMAGES).join(name), image)?;
+    }
     for (name, bytes) in &all {
         files::write_atomically(&folder.join(name), bytes)?;
     }
     Ok(page)
+}
+
+/// Of the boards that are a drive: the image for that, by its name. None where they are not there and cannot be built,
+/// which is said.
+fn images() -> Vec<(String, Vec<u8>)> {
+    let image = |name: &str| {
+        let board = Board::named(name)?;
+        Ok((board.file_name(), board.image(None)?))
+    };
+    let all: Result<Vec<_>> = ["pico", "pico2"].map(image).into_iter().collect();
+    all.unwrap_or_else(|e| {
+        yawrig_base::say!("boards' images are not in the page: {e}");
+        Vec::new()
+    })
+}
+
+fn without_images(page: &mut Vec<u8>) {
+    let text = String::from_utf8_lossy(page).into_owned();
+    let [begins, ends] = ABOUT_IMAGES;
+    if let Some((before, (_, after))) =
+        text.split_once(begins).and_then(|(before, rest)| Some((before, rest.split_once(ends)?)))
+    {
+        *page = format!("{before}{after}").into();
+    }
 }
 
 /// What keeps these files in the browser: another script where one of them is another.

@@ -105,6 +105,25 @@ fn set(browser: &mut Browser, condition: &Condition, rig: &Rig) {
     ));
 }
 
+/// A board that has never seen yawrig gets its image from the page: blocks of UF2 for its chip.
+#[test]
+#[ignore = "needs Chromium: tests/run runs it"]
+fn the_first_image_of_a_board_is_in_the_page() {
+    let (_served, mut browser) = opened(Plug::board(&Board::named("pico")));
+    browser.click("#board-first summary");
+    browser.wait("document.querySelector('#board-first').open");
+    nothing_is_cut_off(&mut browser, "#live");
+    browser.picture(&pictures().join("static-board-first.png"));
+    for (k, family) in [0xe48b_ff56_u32, 0xe48b_ff59].into_iter().enumerate() {
+        let words = browser.value(&format!(
+            "fetch(document.querySelectorAll('#board-first a')[{k}].href).then(r => r.arrayBuffer()).then(b => [...new Uint32Array(b, 0, 8), b.byteLength])"
+        ));
+        let words: Vec<u64> = serde_json::from_value(words).expect("numbers");
+        assert_eq!(words[..3], [0x0a32_4655, 0x9e5d_5157, 0x2000]);
+        assert_eq!((words[7], words[8]), (family.into(), 512 * words[6]));
+    }
+}
+
 #[test]
 #[ignore = "needs Chromium: tests/run runs it"]
 fn a_board_is_followed_at_the_plug() {
