@@ -162,7 +162,7 @@ fn a_diagnosis_names_the_jumps_of_a_converter() {
         let samples =
             Samples::with_effects(&truth, &effects, &start, &sensor, 5).expect("a release");
         let (time_s, yaw_deg) = samples.map(|s| (s.time_s, s.yaw_deg)).unzip();
-        assert_eq!(Jumps::of_readings(&[Record::new("r", time_s, yaw_deg)]), None, "{effect}");
+        assert_eq!(Jumps::of_reading(&Record::new("r", time_s, yaw_deg)), None, "{effect}");
     }
 }
 

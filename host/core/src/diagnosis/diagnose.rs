@@ -36,7 +36,10 @@ pub fn diagnose(releases: &[Record], grouping: &Grouping, options: &Options) -> 
         found.diagnosis.held_by_law = held_by_law(&found.decays, &options.present.effects);
     }
     if found.diagnosis.lacks_more() {
-        found.diagnosis.has_jumps(Jumps::of_readings(releases));
+        let Diagnosis { releases: judged, where_release, .. } = &found.diagnosis;
+        let worst = judged.iter().position(|release| release.file == *where_release);
+        let jumps = worst.and_then(|i| releases.get(i)).and_then(Jumps::of_reading);
+        found.diagnosis.has_jumps(jumps);
     }
     Ok(found)
 }

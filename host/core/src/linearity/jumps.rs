@@ -25,10 +25,10 @@ pub struct Jumps {
 }
 
 impl Jumps {
-    /// Of the sensor by which all of `records` were read; none where they show none, or cannot: they need eight cycles
-    /// and twenty samples in each.
-    pub fn of_readings(records: &[Record]) -> Option<Self> {
-        let swings = Swings::new(records).ok()?;
+    /// Of the sensor by which a release was read; none where it shows none, or cannot: it needs eight cycles and twenty
+    /// samples in each.
+    pub fn of_reading(release: &Record) -> Option<Self> {
+        let swings = Swings::new(std::slice::from_ref(release)).ok()?;
         let [low, high] = swings.range_deg();
         let [amplitude_deg, _] = swings.amplitude_and_offset_deg();
         let knots = |steps: usize| Knots {
