@@ -152,11 +152,11 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
     /// Takes up the newest network of the flash, or the one compiled in, and what else the flash keeps; in
     /// [safe mode](Device::is_safe) nothing of it.
     pub fn start(&mut self) {
-        self.core.take_up_kept();
         if self.is_safe() {
-            return;
+            return self.core.take_up_kept();
         }
         self.core.mend_lock();
+        self.core.take_up_kept();
         self.core.take_up_linearity();
         self.core.take_up_log();
     }

@@ -102,8 +102,9 @@ impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
                 }
                 committed?;
                 // The other may be what makes it fail, whatever its generation.
-                if wire::is_safe(self.restarts) {
-                    self.store.erase(Slot::Second)?;
+                let slot = self.running.as_ref().and_then(|running| running.slot);
+                if let Some(slot) = slot.filter(|_| wire::is_safe(self.restarts)) {
+                    self.store.erase(slot.other())?;
                 }
             }
             Request::Lock { .. } if !LOCKABLE => return Err(Refusal::CannotLock),

@@ -102,6 +102,12 @@ fn after_three_it_takes_up_nothing_and_a_network_that_is_written_is_the_only_one
     let status = desk.status();
     assert_eq!((status.network.slot, status.network.generation), (Some(0), 1));
     assert_eq!(status.slots[1], SlotState::Empty);
+    // As often as one likes.
+    let mut desk = started(desk.device.into_flash(), 3);
+    (1..=3).for_each(|generation| writes(&mut desk, generation));
+    let status = started(desk.device.into_flash(), 0).status();
+    assert_eq!(status.network.generation, 3);
+    assert_eq!(status.slots.iter().filter(|slot| **slot == SlotState::Empty).count(), 1);
 }
 
 #[test]

@@ -56,6 +56,8 @@ pub const BOARDS: [Board; 3] = [
     },
 ];
 
+/// Bytes of the largest flash that there is of these.
+const LARGEST: usize = 16 << 20;
 /// What a drive says of itself: UF2's, and that of a probe.
 const ABOUT_UF2: &str = "INFO_UF2.TXT";
 const ABOUT_PROBE: &str = "MBED.HTM";
@@ -140,8 +142,7 @@ impl Board {
         if let (Some(drive), true) = (found.pop(), found.is_empty()) {
             return Ok(drive);
         }
-        let device = |label: &&str| Path::new("/dev/disk/by-label").join(label);
-        if let Some(device) = self.labels.iter().map(device).find(|device| device.exists()) {
+        if let Some(device) = self.label().filter(|_| found.is_empty()) {
             let what = format!("the drive of the {} is not mounted", self.name);
             let mount = format!("udisksctl mount -b {}", device.display());
             return Err(Error::device(what).help(format!("run {mount}, and this once more")));
@@ -152,6 +153,12 @@ impl Board {
         };
         Err(Error::device(format!("{what} {} is there", self.name))
             .help(format!("{how}, or say where its drive is mounted with --drive")))
+    }
+
+    /// Its drive by its label, mounted or not, where the system shows that.
+    fn label(&self) -> Option<PathBuf> {
+        let device = |label: &&str| Path::new("/dev/disk/by-label").join(label);
+        self.labels.iter().map(device).find(|device| device.exists())
     }
 
     /// That this folder is its drive.
@@ -190,6 +197,7 @@ impl Board {
     /// Exit 4 where it is not taken; exit 130 where the user stops it.
     pub fn write(&self, image: &[u8], drive: &Path) -> Result<()> {
         let path = drive.join(self.file_name());
+        let had_label = self.label().is_some();
         let written = File::create(&path).and_then(|mut file| {
             file.write_all(image)?;
             file.sync_all()
@@ -197,7 +205,8 @@ impl Board {
         let began = Instant::now();
         loop {
             interrupt::check()?;
-            let is_there = self.is_drive(drive, true);
+            // What was read of a drive may be there for longer than it.
+            let is_there = self.is_drive(drive, true) && (!had_label || self.label().is_some());
             // It restarts with the last byte, and its drive goes with the system still at work on it.
             match (&self.takes, &written) {
                 (Takes::Uf2 { .. }, _) if !is_there => return Ok(()),
@@ -253,7 +262,8 @@ fn flat(elf: &[u8]) -> Option<(u32, Vec<u8>)> {
     let (start, _) = *parts.first()?;
     let mut all = Vec::new();
     for (at, bytes) in parts {
-        all.resize((at - start) as usize, 0xff);
+        let gap = ((at - start) as usize).checked_sub(all.len()).filter(|gap| *gap <= LARGEST)?;
+        all.resize(all.len() + gap, 0xff);
         all.extend_from_slice(bytes);
     }
     Some((start, all))
