@@ -9,7 +9,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use yawrig_base::error::{Error, Result};
-use yawrig_base::{built, interrupt};
+use yawrig_base::{built, interrupt, settings};
 
 /// How a board takes an image.
 #[derive(Debug, PartialEq, Eq)]
@@ -151,8 +151,10 @@ impl Board {
             true => ("no drive of a", self.how),
             false => ("several drives of a", "leave one of them plugged in"),
         };
-        Err(Error::device(format!("{what} {} is there", self.name))
-            .help(format!("{how}, or say where its drive is mounted with --drive")))
+        Err(Error::device(format!("{what} {} is there", self.name)).help(format!(
+            "{how}, or say where its drive is mounted: {}",
+            settings::given("drive", "FOLDER")
+        )))
     }
 
     /// Its drive by its label, mounted or not, where the system shows that.

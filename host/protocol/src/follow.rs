@@ -72,7 +72,7 @@ pub fn check_measures(status: &Status) -> Result<()> {
     let why = format!("the device began anew: {}", began_text(status));
     Err(Error::new(Exit::Device, why).help(
         "look at the potentiometer's wires, unplug the device and plug it in; if it comes to this again, write its network anew \
-         (`yawrig flash`), and have it forget its table (`yawrig device linearity --forget`)",
+         (`yawrig flash`), and have it forget what it corrects its converter by (`yawrig device linearity`)",
     ))
 }
 

@@ -10,7 +10,7 @@ const SMOOTH: usize = 8;
 const FINE: usize = 64;
 /// Of the mean square that the smooth table leaves, what the fine one takes out of it at least. Of 29 measured decays
 /// by encoders, cameras and gyroscopes it takes out 17 % at most; of twelve through four measured converters 21 to
-/// 95 % in nine, 8 or 9 % in those that keep off their wide codes.
+/// 95 % in nine, 8 to 10 % in three.
 const MIN_SHARE: f64 = 0.2;
 
 /// Jumps of the reading.
