@@ -169,8 +169,8 @@ pub struct Diagnosis {
     pub where_release: String,
     /// What the model of the verdict leaves, all releases together.
     pub left: Left,
-    /// Jumps of the reading in what is left of that release: a converter's or a sensor's. `None` where there are none, or nothing is
-    /// left.
+    /// Jumps of the reading in what is left of that release: a converter's or a sensor's. `None` where there are
+    /// none, or nothing is left.
     pub jumps: Option<Jumps>,
     /// The answer in one sentence.
     pub sentence: String,

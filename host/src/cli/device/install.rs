@@ -2,7 +2,7 @@
 
 use clap::Args;
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use yawrig_base::error::Result;
 use yawrig_base::files::write_atomically;
 use yawrig_link::install::Board;
@@ -24,42 +24,51 @@ pub struct Install {
     out: Option<PathBuf>,
 }
 
+/// Where an image goes.
+enum To<'a> {
+    Drive(PathBuf),
+    File(&'a Path),
+}
+
 impl Install {
     pub fn run(&self, as_json: bool) -> Result<()> {
         let board = Board::named(&self.board)?;
         // Before an image is built.
-        let drive = match (&self.drive, &self.out) {
-            (_, Some(_)) => None,
-            (Some(drive), None) => Some(drive.clone()),
-            (None, None) => Some(board.drive()?),
+        let to = match (&self.out, &self.drive) {
+            (Some(out), _) => To::File(out),
+            (None, None) => To::Drive(board.drive()?),
+            (None, Some(drive)) => {
+                board.check_drive(drive)?;
+                To::Drive(drive.clone())
+            }
         };
-        if let Some(drive) = &drive {
-            board.check_drive(drive)?;
-        }
         let image = board.image(self.image.as_deref())?;
-        match (&drive, &self.out) {
-            (Some(drive), _) => board.write(&image, drive)?,
-            (None, Some(out)) => write_atomically(out, &image)?,
-            (None, None) => {}
-        }
-        let to = drive.iter().chain(&self.out).next();
+        let (bytes, name) = (image.len(), board.name);
+        let (key, path, said) = match &to {
+            To::Drive(drive) => {
+                board.write(&image, drive)?;
+                let to = drive.display();
+                let said =
+                    format!("{bytes} bytes written to {to}; `yawrig ports` lists the {name}");
+                ("drive", drive.as_path(), said)
+            }
+            To::File(out) => {
+                write_atomically(out, &image)?;
+                let said = format!("{}: {bytes} bytes, for the drive of a {name}", out.display());
+                ("out", *out, said)
+            }
+        };
         if as_json {
-            return print_json(&json!({
+            let mut object = json!({
                 "schema_version": SCHEMA_VERSION,
-                "board": board.name,
-                "bytes": image.len(),
-                "drive": drive,
-                "out": self.out,
-            }));
+                "board": name,
+                "bytes": bytes,
+                "drive": null,
+                "out": null,
+            });
+            object[key] = json!(path);
+            return print_json(&object);
         }
-        let to = to.map_or(String::new(), |path| path.display().to_string());
-        print_line(&match drive {
-            Some(_) => format!(
-                "{} bytes written to {to}; `yawrig ports` lists the {}",
-                image.len(),
-                board.name
-            ),
-            None => format!("{to}: {} bytes, for the drive of a {}", image.len(), board.name),
-        })
+        print_line(&said)
     }
 }
