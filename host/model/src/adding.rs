@@ -9,6 +9,7 @@ use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::{fit_added, lines_anew, Fitted};
 use yawrig_core::fit::joint::{self, JointFit};
 use yawrig_core::fit::own;
+use yawrig_core::fit::two_modes::with_lasting_mode;
 
 /// `inner` with `effect` added.
 ///
@@ -29,15 +30,16 @@ pub fn add(data: &Data, inner: &JointFit, effect: Effect) -> Result<JointFit> {
             interrupt::check()?;
             let decay = &recorded.decay;
             let single = fit_added(decay, fit, &effect);
+            let lasting = |fit: Fitted| with_lasting_mode(decay, fit, &effect);
             if single.converged && single.over_noise(decay) < ADDED_WELL {
-                return Ok(single);
+                return Ok(lasting(single));
             }
             // Far from the noise the way from the inner model may lead astray: the set as a whole does not.
             let set = fit_over_pieces(decay, &structure);
             let best = set
                 .into_iter()
                 .fold(single, |best, set| if better(&set, &best) { set } else { best });
-            Ok(lines_anew(decay, best))
+            Ok(lasting(lines_anew(decay, best)))
         })
         .collect::<Result<_>>()?;
     // From the inner model as well, the effect at zero: so that it cannot fit worse than the inner model.

@@ -38,6 +38,10 @@ pub struct Appraisal {
     pub effects: Vec<Effect>,
     #[serde(flatten)]
     pub residuals: Residuals,
+    /// Of the effects those whose ± is half of the number: what the model lacks might stand in for them, but
+    /// without them it predicts worse.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub needed_by_prediction: Vec<Effect>,
     /// `effect.name`, in the effect's unit.
     pub parameters: BTreeMap<String, Quantity>,
     pub conditions: Vec<Condition>,
@@ -132,6 +136,7 @@ pub fn appraise(
         covariance: fits[0].named_covariance(),
         effects: model.effects.iter().map(|e| e.effect.clone()).collect(),
         residuals,
+        needed_by_prediction: fits[0].needed.clone(),
         parameters: parameters(model, &fits[0], |own| !(own && many)),
         conditions,
         records,

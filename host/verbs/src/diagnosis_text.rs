@@ -1,7 +1,7 @@
 //! A diagnosis, of a record or of a campaign, as text.
 
 use super::common::bare;
-use super::model::{amplitude_rows, parameter};
+use super::model::{amplitude_rows, needed, parameter};
 use super::roll;
 use std::fmt::Write as _;
 use yawrig_core::derivatives::table::Point;
@@ -45,6 +45,7 @@ pub fn of(name: &str, d: &Diagnosis, model: &str) -> String {
     for (name, value) in d.steps.last().iter().flat_map(|s| &s.parameters) {
         let _ = writeln!(out, "  {}{whose}", parameter(measurand, name, value));
     }
+    out.push_str(&needed(&d.needed_by_prediction));
     if !is_campaign {
         out.push_str(&by_release(d, measurand));
     }

@@ -138,6 +138,7 @@ pub fn summary(revision: &Revision) -> String {
             }
         }
     }
+    out.push_str(&needed(&a.needed_by_prediction));
     out.push_str(&records(a));
     out.push_str(&amplitude_rows(measurand, &a.at_amplitude));
     out
@@ -173,6 +174,18 @@ pub fn parameter(measurand: &Measurand, name: &str, value: &Quantity) -> String 
     match name.split_once('.').and_then(|(effect, _)| named(effect).ok()) {
         Some(effect) => parameter_of(measurand, &effect, name, value),
         None => format!("{name} = {value}"),
+    }
+}
+
+/// What the ± of these effects is, which their predictions need.
+pub fn needed(effects: &[Effect]) -> String {
+    let names: Vec<&str> = effects.iter().map(Effect::id).collect();
+    match names.len() {
+        0 => String::new(),
+        _ => format!(
+            "  {}: what the model lacks might stand in, but without it predicts worse; the ± is half of the number\n",
+            names.join(", ")
+        ),
     }
 }
 

@@ -7,6 +7,7 @@ use crate::diagnosis::guards::{self, Refusal, OF_NAMED};
 use crate::diagnosis::lines;
 use crate::diagnosis::over_pieces;
 use crate::diagnosis::survivors::{self, PredictedModel, Survivors};
+use crate::diagnosis::unknown::Unknown;
 use crate::diagnosis::verdict::{moment_of_rest, MAX_LEFT};
 use crate::effects::Effect;
 use crate::error::Result;
@@ -71,8 +72,18 @@ pub(super) fn of_judged(
     refitted(decay, &whole.structure, &whole.numbers(0))
 }
 
+/// What stands of survivors.
+pub(super) struct Standing<T> {
+    pub(super) survivors: Survivors,
+    /// Their last model.
+    pub(super) last: T,
+    /// Of its effects, those that the prediction alone tells from zero.
+    pub(super) needed: Vec<Effect>,
+    pub(super) refused: Vec<Refusal>,
+}
+
 /// `survivors` less what cannot stand in one of the releases, their last model fitted to the whole of each by
-/// `fit`, and what was refused. An effect whose size, as `finished` knows it, may be zero stays as long as the
+/// `fit`. An effect whose size, as `finished` knows it, may be zero stays as long as the
 /// prediction needs it.
 ///
 /// # Errors
@@ -83,10 +94,10 @@ pub(super) fn standing<T: Clone>(
     fit: impl Fn(&Survivors, &PredictedModel) -> T,
     finished: impl Fn(T) -> T,
     each: impl Fn(&T) -> &[Fitted],
-) -> Result<(Survivors, T, Vec<Refusal>)> {
+) -> Result<Standing<T>> {
     let mut refused = Vec::new();
     loop {
-        let last = fit(&survivors, survivors.path.last().expect("the plain model"));
+        let last = fit(&survivors, survivors.last());
         survivors.lengths.stop.check()?;
         let mut fits = each(&last).iter().zip(decays);
         if fits.clone().any(|(fit, decay)| is_simple(fit, decay)) {
@@ -102,8 +113,10 @@ pub(super) fn standing<T: Clone>(
             let others: Vec<Vec<Effect>> = others.iter().map(unknown).collect();
             let mut unknown = unknown(first);
             unknown.retain(|effect| others.iter().all(|other| other.contains(effect)));
-            let Some(less) = survivors.less_needless(&unknown) else {
-                return Ok((survivors, known, refused));
+            let Unknown { needless, needed } =
+                Unknown::new(&survivors.lengths, survivors.last(), unknown);
+            let Some(less) = needless else {
+                return Ok(Standing { survivors, last: known, needed, refused });
             };
             survivors = survivors.up_to(less.into())?;
             continue;
@@ -124,13 +137,15 @@ pub(crate) fn account(
 ) -> Result<Account> {
     let with_discrepancy = |model: Fitted| model.with_discrepancy(decay);
     // What only makes up for the error of quick simulations is seen to be nothing in a precise one.
-    let (survivors, known, refused) = standing(
+    let Standing { survivors, last: known, needed, refused } = standing(
         std::slice::from_ref(decay),
         survivors,
         |survivors, judged| polished(of_judged(decay, survivors, judged), decay),
         with_discrepancy,
         std::slice::from_ref,
     )?;
+    let told = |model: Fitted| guards::other_than_zero(model, &needed);
+    let known = told(known);
     let smaller = &survivors.path[..survivors.path.len() - 1];
     let fits: Vec<Fitted> =
         smaller.iter().par_map(|judged| of_judged(decay, &survivors, judged)).collect();
@@ -155,7 +170,7 @@ pub(crate) fn account(
     let plain = steps.len();
     let longer = lines::beside(decay, &known, survivors.there())?
         .into_iter()
-        .map(|longer| (with_discrepancy(polished(longer.model, decay)), longer.held_out_rad));
+        .map(|longer| (told(with_discrepancy(polished(longer.model, decay))), longer.held_out_rad));
     let held_out = survivors.path.iter().map(|judged| judged.prediction.rms_rad());
     let fits = fits.into_iter().map(with_discrepancy).chain([known]).zip(held_out);
     for (model, held_out_rad) in fits.chain(longer) {

@@ -129,6 +129,10 @@ pub struct Diagnosis {
     pub indistinguishable: Vec<[Effect; 2]>,
     /// By effect of a campaign.
     pub origin: BTreeMap<String, Origin>,
+    /// Of the effects those whose ± is half of the number: what the model lacks might stand in for them, but
+    /// without them it predicts worse.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub needed_by_prediction: Vec<Effect>,
     /// By effect of a campaign: what its origin was decided from, in words.
     pub origin_reason: BTreeMap<String, String>,
     /// By effect of a campaign with several wind speeds: whether its coefficient goes with a power of the

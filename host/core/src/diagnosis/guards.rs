@@ -121,6 +121,22 @@ pub(super) fn of_unknown_size(model: &Fitted, there: &[Effect], k: f64) -> Vec<E
     new.filter(may_be_none).cloned().collect()
 }
 
+/// `model` with each of `effects` known to be other than zero: its size that is most so for all that the model lacks
+/// is [`OF_NAMED`] of its standard uncertainties from it, and the other numbers are what that makes of them.
+pub(super) fn other_than_zero(model: Fitted, effects: &[Effect]) -> Fitted {
+    effects.iter().fold(model, |model, effect| {
+        let numbers = model.effect_parameters();
+        let own = numbers_of(effect, &numbers);
+        let over = |(_, q): &&(&Parameter, Quantity)| q.value.abs() / q.u;
+        let most = sizes(effect, &own).iter().max_by(|a, b| over(a).total_cmp(&over(b)));
+        let name = most.map(|(p, _)| format!("{effect}.{}", p.name));
+        let Some(name) = name else { return model };
+        let mut model = model.known_from_zero(&name, OF_NAMED);
+        model.needed.push(effect.clone());
+        model
+    })
+}
+
 /// An effect none of whose numbers is known to be more than `k` standard uncertainties from zero, or one with a
 /// number at its bound.
 pub(super) fn unknown(model: &Fitted, there: &[Effect], k: f64) -> Option<Refusal> {

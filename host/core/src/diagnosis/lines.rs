@@ -11,13 +11,11 @@ use crate::diagnosis::verdict::MAX_LEFT;
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::about_rest::added;
-use crate::fit::fitting::{held_out_over_noise, refit, refitted, Fitted};
+use crate::fit::fitting::{held_out_over_noise, refit, Fitted};
 use crate::fit::free_decay::FreeDecay;
-use crate::fit::structure::PLAIN;
-use crate::motion::oscillator::damped_rad_s;
+use crate::fit::two_modes::with_lasting_mode;
 use crate::par_map::ParMap;
 use crate::quantity::CHANCE;
-use crate::record::Derivative;
 
 /// A model that accounts for most of what a smaller one leaves, and the rms of its later part predicted from
 /// the earlier one, rad.
@@ -76,45 +74,6 @@ fn best(decay: &FreeDecay, inner: &Fitted, there: &[Effect]) -> Option<Fitted> {
 fn has_size(model: &Fitted) -> bool {
     let size = model.structure.effects.last().and_then(|line| model.coefficient(line));
     size.is_some_and(|q| !q.holds(0.0, CHANCE))
-}
-
-/// `model`, or where nothing distinguishes its own mode from the second one that is its `line`, and that lasts
-/// longer, the two exchanged.
-fn with_lasting_mode(decay: &FreeDecay, model: Fitted, line: &Effect) -> Fitted {
-    let is_linear = model.structure.effects.iter().all(|e| e.is_line() || e.moves_rest());
-    let is_angle = decay.measurand.derivative() == Derivative::None;
-    let own = model.motion();
-    let own_decay = own.damping_ratio * own.natural_frequency_rad_s;
-    let varied = model.varied(line).unwrap_or_default();
-    let second = line.line_of(varied).filter(|(_, decay)| *decay < own_decay);
-    let Some((damped, slower)) = second.filter(|_| line.dies_out() && is_linear && is_angle) else {
-        return model;
-    };
-    // Of a line cosine and sine part are at the release, of the own mode angle and rate at the first instant.
-    let start_s = decay.grid.start_s;
-    let turned = |parts: [f64; 2], damped: f64, decay: f64, by_s: f64| {
-        line.turned(&parts, -damped * by_s, (-decay * by_s).exp())
-    };
-    let [cosine, sine] = turned([varied[0], varied[1]], damped, slower, start_s)[..] else {
-        return model;
-    };
-    let rest = own.rest_rad();
-    let own_damped = damped_rad_s(own.natural_frequency_rad_s, own_decay);
-    let angle = own.yaw_rad - rest;
-    let parts = [angle, (own.rate_rad_s + own_decay * angle) / own_damped];
-    let mut p = model.parameters.clone();
-    let w = damped.hypot(slower);
-    p[..PLAIN].copy_from_slice(&[w, slower / w, cosine + rest, damped * sine - slower * cosine]);
-    let at = model.start_of(line);
-    p[at..at + 2].copy_from_slice(&turned(parts, own_damped, own_decay, -start_s));
-    p[at + 2..at + 4].copy_from_slice(&[own.natural_frequency_rad_s, own.damping_ratio]);
-    let other = refitted(decay, &model.structure, &p);
-    let as_good = other.sum_of_squares < (1.0 + MIN_GAIN) * model.sum_of_squares;
-    if other.converged && as_good {
-        other
-    } else {
-        model
-    }
 }
 
 #[cfg(test)]

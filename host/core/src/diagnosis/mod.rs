@@ -30,5 +30,6 @@ mod several;
 mod several_fit;
 pub(crate) mod survivors;
 pub mod together;
+pub mod unknown;
 pub(crate) mod verdict;
 pub mod wind;

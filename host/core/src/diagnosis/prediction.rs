@@ -111,3 +111,43 @@ impl Prediction {
         (average, (scatter.sqrt() / weight).max(1e-12))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    /// Gain by a coefficient `z` standard uncertainties from zero that every second of ten pieces tells the others.
+    fn gain(z: f64, rng: &mut ChaCha8Rng) -> f64 {
+        let slope = 400f64.sqrt().recip();
+        let mut reading = || {
+            let noise: f64 = StandardNormal.sample(rng);
+            z * slope + noise
+        };
+        let pieces: Vec<Vec<f64>> = (0..10).map(|_| (0..40).map(|_| reading()).collect()).collect();
+        let of = |odd: usize| -> f64 {
+            let those = pieces.iter().enumerate().filter(|(k, _)| k % 2 == odd);
+            those.flat_map(|(_, piece)| piece).sum::<f64>() / 200.0
+        };
+        let means = [of(0), of(1)];
+        let errors = |told: [f64; 2]| {
+            let square = |k: usize| pieces[k].iter().map(|y| (y - told[1 - k % 2]).powi(2)).sum();
+            Prediction::new((0..10).map(|k| (square(k), 40.0)).collect())
+        };
+        errors(means).gain_over(&errors([0.0, 0.0]))
+    }
+
+    /// One that is zero gains a standard error in 20 of 400, give or take 4.4, as it is two standard uncertainties
+    /// from it by chance; one eight of them away gains four.
+    #[test]
+    fn a_standard_error_of_prediction_is_two_standard_uncertainties() {
+        let mut rng = ChaCha8Rng::seed_from_u64(9);
+        let by_chance = (0..400).filter(|_| gain(0.0, &mut rng) > ONE_STANDARD_ERROR).count();
+        let mean = (0..400).map(|_| gain(8.0, &mut rng)).sum::<f64>() / 400.0;
+        println!("{by_chance} of 400 by chance; at 8 u {mean:.2} standard errors");
+        assert!((7..=33).contains(&by_chance), "{by_chance}");
+        assert!((3.7..5.0).contains(&mean), "{mean}");
+    }
+}

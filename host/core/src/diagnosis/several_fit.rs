@@ -2,7 +2,7 @@
 //! all of them need at once, or that survive prediction over the pieces of all.
 
 use crate::derivatives::campaign::Campaign;
-use crate::diagnosis::account;
+use crate::diagnosis::account::{standing, Standing};
 use crate::diagnosis::alike::alike;
 use crate::diagnosis::guards::{self, Refusal};
 use crate::diagnosis::origin::{Origin, Plan, Seen};
@@ -199,8 +199,10 @@ impl Rig<'_> {
             joint(survivors, judged).polished(&whole(decays))
         };
         let as_told = |joint: JointFit| joint.with_discrepancy(&whole(decays));
-        let (survivors, last, refused) =
-            account::standing(decays, survivors, precisely, as_told, |joint| &joint.fits)?;
+        let Standing { survivors, mut last, needed, refused } =
+            standing(decays, survivors, precisely, as_told, |joint| &joint.fits)?;
+        let told = |fit: Fitted| guards::other_than_zero(fit, &needed);
+        last.fits = last.fits.into_iter().map(told).collect();
         let stands = |rival: &PredictedModel| {
             let fits = joint(&survivors, rival).fits;
             let there = survivors.there();

@@ -5,7 +5,6 @@
 //! the prediction of what was not fitted gains by it; what others have made needless is taken out again.
 
 use crate::diagnosis::flexible::simplest;
-use crate::diagnosis::guards::OF_NAMED;
 use crate::diagnosis::likelihood::{BREADTH, MAX_EFFECTS};
 use crate::diagnosis::nested::{beside, expanded, Judge, Nested};
 use crate::diagnosis::over_pieces::{fitted, plain_start, with_from, without, Lengths, Model};
@@ -289,6 +288,10 @@ impl Judge for ByPrediction<'_> {
 }
 
 impl Survivors {
+    pub(super) fn last(&self) -> &PredictedModel {
+        self.path.last().expect("the plain model")
+    }
+
     /// Effects that were there from the beginning.
     pub(super) fn there(&self) -> &[Effect] {
         &self.path[0].model.fit.structure.effects
@@ -308,23 +311,8 @@ impl Survivors {
     /// # Errors
     /// Interrupted, once somebody asked for it.
     pub(crate) fn without(self, effect: &Effect) -> Result<Self> {
-        let last = self.path.last().expect("the plain model");
-        let less = judged(&self.lengths, without(&self.lengths, &last.model, effect));
+        let less = judged(&self.lengths, without(&self.lengths, &self.last().model, effect));
         self.up_to(less.into())
-    }
-
-    /// The last model less that one of `effects` that the prediction misses least, where what it gains by it is
-    /// within chance in the mean over the pieces and next to nothing of the error of all; `None` where it needs
-    /// them all.
-    pub(super) fn less_needless(&self, effects: &[Effect]) -> Option<PredictedModel> {
-        let PredictedModel { model, prediction } = self.path.last().expect("the plain model");
-        let without = |e: &Effect| judged(&self.lengths, without(&self.lengths, model, e));
-        let is_needless = |less: &PredictedModel| {
-            prediction.gain_over(&less.prediction) < OF_NAMED
-                && (1.0 - MIN_GAIN) * less.prediction.rms_rad() < prediction.rms_rad()
-        };
-        let all = effects.iter().par_map(without).filter(is_needless);
-        all.min_by(|a, b| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad()))
     }
 
     pub(super) fn up_to(mut self, last: Nested<PredictedModel>) -> Result<Self> {

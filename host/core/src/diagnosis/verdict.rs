@@ -96,6 +96,7 @@ impl Diagnosis {
             mean_noise_deg: shown(rms(decays.iter().map(|d| d.noise_rad))),
             status: status.unwrap_or_else(|| left.status(are_explained(last, decays), &effects)),
             indistinguishable,
+            needed_by_prediction: last.first().map_or_else(Vec::new, |fit| fit.needed.clone()),
             origin: BTreeMap::new(),
             origin_reason: BTreeMap::new(),
             grows_as: BTreeMap::new(),

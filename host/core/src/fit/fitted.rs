@@ -77,17 +77,19 @@ pub struct Fitted {
     pub(crate) modal_inflation: f64,
     /// What the model lacks, once it has been asked for and there is something.
     pub(crate) discrepancy: Option<Discrepancy>,
-    around: Around,
+    /// Effects whose sizes what the model lacks might make zero and the prediction does not.
+    pub needed: Vec<Effect>,
+    pub(super) around: Around,
 }
 
 /// One of the users' numbers.
-struct Published {
-    name: String,
-    value: f64,
+pub(super) struct Published {
+    pub(super) name: String,
+    pub(super) value: f64,
     /// Its derivatives by the fitted numbers.
-    row: Vec<f64>,
+    pub(super) row: Vec<f64>,
     /// The power of a second in its unit.
-    seconds: f64,
+    pub(super) seconds: f64,
 }
 
 impl Fitted {
@@ -112,6 +114,7 @@ impl Fitted {
             inflation: 1.0,
             modal_inflation: 1.0,
             discrepancy: None,
+            needed: Vec::new(),
             around,
         };
         fitted.inflation = fitted.count as f64 / fitted.effective_count();
@@ -122,10 +125,10 @@ impl Fitted {
     /// much that is.
     pub(crate) fn with_discrepancy(mut self, decay: &FreeDecay) -> Self {
         let Some(covariance) = self.covariance.take() else { return self };
-        let fixed: Vec<bool> = covariance.diagonal().iter().map(|v| *v == 0.0).collect();
         let release = Release { decay, count: self.count };
         let problem = problem_of_one(release, &self.structure, &self.parameters);
         let covariance = problem.off_bounds(&self.parameters, &covariance);
+        let fixed: Vec<bool> = covariance.diagonal().iter().map(|v| *v == 0.0).collect();
         let held = self.over_noise(decay).powi(2) * self.inflation;
         let Some(found) = problem.discrepancy(&self.parameters, &fixed, held) else {
             self.covariance = Some(covariance);
@@ -143,24 +146,6 @@ impl Fitted {
     pub(crate) fn coefficient(&self, effect: &Effect) -> Option<Quantity> {
         let name = effect.first_name();
         self.effect_parameters().into_iter().find(|(n, _)| *n == name).map(|(_, q)| q)
-    }
-
-    /// With standard uncertainties of numbers that were not fitted but were known before, in the order of
-    /// [`Self::parameters`]; what they have in common is not known.
-    pub fn knowing(mut self, u: &[f64]) -> Self {
-        let inflation = self.inflation;
-        if let Some(covariance) = &mut self.covariance {
-            for (j, u) in u.iter().enumerate().filter(|(j, _)| *j < self.parameters.len()) {
-                if covariance[(j, j)] == 0.0 {
-                    covariance[(j, j)] = u * u / inflation;
-                    if j == WN {
-                        // What was known has its own clock in it.
-                        self.around.rate_u = 0.0;
-                    }
-                }
-            }
-        }
-        self
     }
 
     /// Root mean square of the residuals, less the numbers fitted.
@@ -272,7 +257,7 @@ impl Fitted {
     }
 
     /// Each of the users' numbers of the effects.
-    fn published(&self) -> impl Iterator<Item = Published> + '_ {
+    pub(super) fn published(&self) -> impl Iterator<Item = Published> + '_ {
         self.structure.places().flat_map(move |(effect, at)| {
             let (values, rows) = effect.published(self.of_effect(effect, at));
             let seconds: Vec<f64> =

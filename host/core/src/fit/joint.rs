@@ -80,13 +80,7 @@ impl JointFit {
     pub fn with_discrepancy(mut self, releases: &[Release]) -> Self {
         let Some(covariance) = &self.covariance else { return self };
         let problem = JointProblem::new(releases, &self.structure, &self.sharing, &self.starts());
-        let fixed: Vec<bool> = covariance
-            .diagonal()
-            .iter()
-            .zip(&problem.bounds)
-            .zip(&self.parameters)
-            .map(|((v, (low, high)), p)| *v == 0.0 || p <= low || p >= high)
-            .collect();
+        let fixed: Vec<bool> = covariance.diagonal().iter().map(|v| *v == 0.0).collect();
         let held = self.over_noise().powi(2) * self.inflation;
         let Some(found) = problem.discrepancy(&self.parameters, &fixed, held) else { return self };
         let covariance = found.covariance().clone();

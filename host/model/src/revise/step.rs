@@ -9,6 +9,7 @@ use serde::Serialize;
 use yawrig_base::error::{Error, Exit, Result};
 use yawrig_base::interrupt;
 use yawrig_core::diagnosis::diagnose::MIN_GAIN;
+use yawrig_core::diagnosis::unknown::told;
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::{Covariance, Fitted};
 use yawrig_core::fit::joint::JointFit;
@@ -73,7 +74,10 @@ impl Current {
         if !fit.sum_of_squares.is_finite() {
             return Err(not_converged(model));
         }
-        let fit = fit.with_discrepancy(&data.releases());
+        let mut fit = fit.with_discrepancy(&data.releases());
+        if let ([only], [recorded]) = (&mut fit.fits[..], &data.fitted[..]) {
+            *only = told(&recorded.decay, only.clone());
+        }
         let model = model_fit::updated(model, data, &fit);
         let held_out_over_noise = model_fit::held_out(&model, data, &fit)?;
         Ok(Self { model, fit, held_out_over_noise })
