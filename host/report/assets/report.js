@@ -10,7 +10,7 @@
   });
   /** @type {(digits: number) => uPlot.Series.Value} */
   const number = digits => (_, value) => value == null ? "-" : value.toFixed(digits);
-  /** @type {{ chart: uPlot, box: HTMLElement, height: number }[]} */
+  /** @type {uPlot[]} */
   const drawn = [];
 
   /**
@@ -26,7 +26,10 @@
       series: [{ label: "time (s)", value: number(3) }, ...series],
     };
     const chart = new uPlot(options, values, box);
-    drawn.push({ chart, box, height });
+    Object.assign(chart.ctx.canvas, { role: "img", ariaLabel: `${label} over time from the release (s): ${series.map(s => s.label).join(", ")}` });
+    drawn.push(chart);
+    // What is closed has no width.
+    new ResizeObserver(() => { if (box.clientWidth) chart.setSize({ width: box.clientWidth, height }); }).observe(box);
     return chart;
   }
 
@@ -69,11 +72,16 @@
   // Browsers lay out what a closed one holds, so that its size tells nothing.
   const seen = () => figures.filter(f => !f.closest("details:not([open])")).forEach(draw);
   seen();
-  document.querySelectorAll("details").forEach(d => d.addEventListener("toggle", () => { seen(); resize(); }));
-  let waiting = 0;
-  const resize = () => { for (const d of drawn) if (!d.box.closest("details:not([open])")) d.chart.setSize({ width: d.box.clientWidth, height: d.height }); };
-  addEventListener("resize", () => { clearTimeout(waiting); waiting = setTimeout(resize, 100); });
-  const again = () => drawn.forEach(d => d.chart.redraw(false, true));
+  document.querySelectorAll("details").forEach(d => d.addEventListener("toggle", seen));
+  // A table that is wider than its place is scrolled by keys, too.
+  const tables = new ResizeObserver(entries => {
+    for (const { target: e } of entries) {
+      if (e.scrollWidth > e.clientWidth) Object.assign(e, { tabIndex: 0, role: "group", ariaLabel: "table" });
+      else for (const name of ["tabindex", "role", "aria-label"]) e.removeAttribute(name);
+    }
+  });
+  document.querySelectorAll(".wide").forEach(e => tables.observe(e));
+  const again = () => drawn.forEach(chart => chart.redraw(false, true));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);
   // On paper the colours are those of the light page.
   matchMedia("print").addEventListener("change", again);

@@ -15,7 +15,9 @@ pub(super) fn table<R: IntoIterator<Item = String>>(
     let class = |k: usize| if k < left { " class=\"text\"" } else { "" };
     let mut out = "<div class=\"wide\"><table>\n<thead><tr>".to_owned();
     for &k in &columns {
-        let _ = write!(out, "<th{}>{}</th>", class(k), escaped(header[k]));
+        // A column without a name has no heading.
+        let cell = if header[k].is_empty() { "td" } else { "th" };
+        let _ = write!(out, "<{cell}{}>{}</{cell}>", class(k), escaped(header[k]));
     }
     out.push_str("</tr></thead>\n<tbody>\n");
     for row in &rows {

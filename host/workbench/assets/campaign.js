@@ -147,7 +147,7 @@ function draw() {
   const left = files.filter((f) => !isWhole(f));
   // The list stays as it is until it is known anew: emptied, it would move the buttons below it under the pointer.
   const list = by("campaign-wrong") || make("ol", { id: "campaign-wrong" });
-  const pool = target(make("div", { className: "pool", "aria-label": "not placed yet" }, ...left.map(chip)), { spring: null, axis: null, wind_speed_m_s: null });
+  const pool = target(make("div", { className: "pool", role: "group", "aria-label": "not placed yet" }, ...left.map(chip)), { spring: null, axis: null, wind_speed_m_s: null });
   if (!left.length) pool.textContent = files.length ? "every record is placed" : "no records in this folder";
   dialog.replaceChildren(
     make("h2", { textContent: `A campaign of the records in ${known.folder}` }),

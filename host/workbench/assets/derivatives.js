@@ -40,6 +40,7 @@ export async function refresh(state, act) {
   // The ends of the bars, so that they are inside.
   const ends = [-2, 2].map((k) => ({ x: marks.map((m) => m.x), y: marks.map((m) => m.y + k * (m.u || 0)) }));
   plot.set(Plots.joined(ends), [{ invisible: true }, { invisible: true }]);
+  plot.describe("Cn_r per radian against reduced frequency, with the second-order model and with the present one: the numbers are in the table below.");
 }
 
 /** Where damping falls to zero. @param {Critical} of */
@@ -82,5 +83,5 @@ function half(both, names, titles) {
   const row = (/** @type {Point | undefined} */ p, /** @type {"before" | "after"} */ which, isNamed = true) => (p ? [make("tr", { className: which },
     make("td", { textContent: isNamed ? called(p) : "" }), make("td", { textContent: which }), ...names.map((n) => make("td", { textContent: shown(p[n]) })))] : []);
   const rows = paired(both).flatMap(({ before, after }) => [...row(before, "before"), ...row(after, "after", !before)]);
-  return make("table", { className: "numbers" }, make("thead", {}, make("tr", {}, make("th", { textContent: "spring" }), make("th"), ...titles.map((t) => make("th", { textContent: t })))), make("tbody", {}, ...rows));
+  return make("table", { className: "numbers" }, make("thead", {}, make("tr", {}, make("th", { textContent: "spring" }), make("th", { textContent: "model" }), ...titles.map((t) => make("th", { textContent: t })))), make("tbody", {}, ...rows));
 }

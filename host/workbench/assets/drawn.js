@@ -1,6 +1,6 @@
 // What a device says as it measures, drawn: its trace, each window's estimate, its marks, the log.
 import * as numbers from "./numbers.js";
-import { by, make } from "./elements.js";
+import { by, digits, make } from "./elements.js";
 
 /** @typedef {"natural_frequency_rad_s" | "damping_ratio"} WindowColumn */
 const SPAN_S = 30, MAX = 6000, MAX_LINES = 200, RESULTS = 40;
@@ -72,11 +72,13 @@ export function draw(first, why, isNone = false) {
   }
   plots.trace.set([xs, ys], [{ colour: "model", width: 1.2 }], [Math.max(first, end - SPAN_S), Math.max(end, first + SPAN_S)]);
   plots.trace.say(xs.length ? null : why);
+  plots.trace.describe(`Yaw angle in degrees over the session's last ${SPAN_S} s, ${digits(end)} s by now.`);
   numbers.draw();
-  /** @type {[LinePlot, WindowColumn][]} */
-  const results = [[plots.wn, "natural_frequency_rad_s"], [plots.zeta, "damping_ratio"]];
-  for (const [plot, column] of results) {
+  /** @type {[LinePlot, WindowColumn, string][]} */
+  const results = [[plots.wn, "natural_frequency_rad_s", "Natural frequency in rad/s"], [plots.zeta, "damping_ratio", "Damping ratio"]];
+  for (const [plot, column, name] of results) {
     plot.set([windows.map((w) => w.time_s), windows.map((w) => w[column])], [{ invisible: true }]);
     plot.say(windows.length ? null : "each three cycles of a release");
+    plot.describe(`${name} of the last windows over the session's time, the latest ${digits(windows.at(-1)?.[column], 4)}.`);
   }
 }

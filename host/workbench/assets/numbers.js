@@ -1,5 +1,5 @@
 // Numbers of effects that a device's network says: each window's, and the releases' with their uncertainty.
-import { by } from "./elements.js";
+import { by, digits } from "./elements.js";
 
 const RESULTS = 40;
 let /** @type {WindowLine[]} */ windows = [], /** @type {ReleaseLine[]} */ releases = [], /** @type {LinePlot[]} */ plots = [];
@@ -40,5 +40,6 @@ export function draw() {
     const all = points(k);
     by(`plot-live-number-${k}`).title = windows[windows.length - 1].numbers[k].name;
     plot.set([all.map((p) => p.x), all.map((p) => p.y)], [{ invisible: true }]);
+    plot.describe(`${called(k)} of windows and releases over the session's time, the latest ${digits(all.at(-1)?.y, 4)}.`);
   }
 }

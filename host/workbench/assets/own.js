@@ -27,7 +27,7 @@ export function build(act, say, failed) {
   /** A table of rows that grows and shrinks. @param {"parameters" | "states"} which */
   const table = (which) => {
     const { one, columns } = TABLES[which], list = /** @type {Record<string, string>[]} */ (/** @type {unknown} */ (form[which]));
-    const rows = make("tbody", { id: `own-${which}` }), whole = make("table", { className: which }, make("thead", {}, make("tr", {}, ...[...columns, ""].map((t) => make("th", { textContent: t })))), rows);
+    const rows = make("tbody", { id: `own-${which}` }), whole = make("table", { className: which }, make("thead", {}, make("tr", {}, ...columns.map((t) => make("th", { textContent: t })), make("td"))), rows);
     const draw = () => {
       whole.hidden = !list.length;
       rows.replaceChildren(...list.map((row, k) => make("tr", {},

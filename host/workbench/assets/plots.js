@@ -69,7 +69,7 @@ const Plots = (() => {
     new ResizeObserver(() => plot.resize(host.clientWidth, host.clientHeight)).observe(host);
     all.add(plot);
     // What it shows, for those who do not see it.
-    const describe = (/** @type {string} */ text) => { host.role = "img"; host.ariaLabel = note.hidden ? text : note.textContent || ""; };
+    const describe = (/** @type {string} */ text) => { host.role = "img"; host.ariaLabel = (note.hidden ? text : note.textContent ?? "").trim() || "nothing is drawn"; };
     const values = document.createElement("div");
     values.className = "pointed";
     values.hidden = true;

@@ -33,7 +33,7 @@ export function draw(state, act) {
   });
   const at = list.scrollLeft;
   const focus = focused("step");
-  list.replaceChildren(...axis, ...items);
+  list.replaceChildren(...axis, make("ol", {}, ...items));
   // The scale stays where it is seen.
   list.onscroll = () => list.style.setProperty("--at", `${list.scrollLeft}px`);
   list.scrollLeft = items.length > 6 ? list.scrollWidth : at;

@@ -1,5 +1,6 @@
 //! The workbench: who is let in, how it ends, and the loop on its page in a browser.
 
+mod axe;
 mod bench;
 mod board;
 mod campaign;

@@ -71,7 +71,7 @@ impl Served {
     }
 
     /// Drops this record on the page.
-    fn drop(&self, browser: &mut Browser, name: &str) {
+    pub fn drop(&self, browser: &mut Browser, name: &str) {
         let text = std::fs::read_to_string(self.folder.path().join(name)).expect(name);
         dropped(browser, name, &text);
     }
