@@ -83,8 +83,7 @@ pub(super) struct Standing<T> {
 }
 
 /// `survivors` less what cannot stand in one of the releases, their last model fitted to the whole of each by
-/// `fit`. An effect whose size, as `finished` knows it, may be zero stays as long as the
-/// prediction needs it.
+/// `fit`. An effect whose size, as `finished` knows it, may be zero stays as long as the prediction needs it.
 ///
 /// # Errors
 /// Interrupted, once somebody asked for it.

@@ -129,9 +129,8 @@ pub(super) fn other_than_zero(model: Fitted, effects: &[Effect]) -> Fitted {
         let own = numbers_of(effect, &numbers);
         let over = |(_, q): &&(&Parameter, Quantity)| q.value.abs() / q.u;
         let most = sizes(effect, &own).iter().max_by(|a, b| over(a).total_cmp(&over(b)));
-        let name = most.map(|(p, _)| format!("{effect}.{}", p.name));
-        let Some(name) = name else { return model };
-        let mut model = model.known_from_zero(&name, OF_NAMED);
+        let Some((p, _)) = most.filter(|(_, q)| q.holds(0.0, OF_NAMED)) else { return model };
+        let mut model = model.known_from_zero(&format!("{effect}.{}", p.name), OF_NAMED);
         model.needed.push(effect.clone());
         model
     })
