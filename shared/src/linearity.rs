@@ -27,7 +27,7 @@ pub struct Head {
     /// And corrections are given in two to the power of this, counts.
     pub unit_bits: u8,
     pub knots: u16,
-    /// Of so many releases.
+    /// Of so many releases; 1: of a sweep against a reference.
     pub learned_from: u16,
     /// What its own uncertainty does to a damping ratio, relative, as a standard uncertainty.
     pub damping_u: f32,

@@ -4,10 +4,10 @@
 use crate::client::{Client, LinkError};
 use yawrig_base::error::{Error, Exit, Result};
 use yawrig_base::settings;
-use yawrig_core::linearity::{Knots, Learned, Swings};
+use yawrig_core::linearity::{Knots, Learned, Sweep, Swept, Swings};
 use yawrig_core::record::Record;
-use yawrig_protocol::linearity::code_counts;
 pub use yawrig_protocol::linearity::{absent_name, codes, json, text};
+use yawrig_protocol::linearity::{code_counts, FROM_SWEEP};
 use yawrig_shared::linearity::{Head, Table, KNOTS, MIN_KNOTS};
 use yawrig_shared::wire::{LinearityPart, Refusal, Request, Settings, PART_KNOTS};
 
@@ -15,14 +15,17 @@ use yawrig_shared::wire::{LinearityPart, Refusal, Request, Settings, PART_KNOTS}
 pub const MIN_RELEASES: usize = 3;
 /// Readings further from a whole count than this are of another scale.
 const WHOLE: f64 = 0.1;
-/// Bits of the largest unit of a correction.
+/// Bits of the largest unit of a correction, and of the widest spacing.
 const MAX_UNIT_BITS: u8 = 3;
+const MAX_SPACING_BITS: u8 = 8;
 
 /// A table with what is known of it.
 #[derive(Clone, Debug)]
 pub struct Made {
     pub table: Table,
     pub learned: Learned,
+    /// Of a sweep: by how much the angle rises while the reading does by 1.
+    pub gain: Option<f64>,
     /// Between two knots the corrected reading rises most here: where the converter stands still.
     pub widest: Widest,
 }
@@ -52,7 +55,6 @@ pub fn make(records: &[Record], settings: &Settings) -> Result<Option<Made>> {
     for record in records {
         check_scale(record, settings)?;
     }
-    let deg_per_count = f64::from(settings.degrees_per_count.abs());
     // Rising with the counts.
     let sign = f64::from(settings.degrees_per_count.signum());
     let counted: Vec<Record> = records
@@ -63,37 +65,85 @@ pub fn make(records: &[Record], settings: &Settings) -> Result<Option<Made>> {
         })
         .collect();
     let swings = Swings::new(&counted)?;
-    let [low, high] =
-        swings.range_deg().map(|deg| deg / deg_per_count + f64::from(settings.zero_counts));
-    let (first, spacing_bits, count) = grid(low, high, settings).ok_or_else(|| {
-        Error::data("these records hold readings that no converter of this device gives".to_owned())
-            .help("give records that this device has made")
+    let grid = Grid::new(swings.range_deg(), settings, KNOTS).ok_or_else(|| {
+        no_readings("these records hold").help("give records that this device has made")
     })?;
-    let step_counts = f64::from(1_u32 << spacing_bits);
-    let knots = Knots {
-        first_deg: (f64::from(first) - f64::from(settings.zero_counts)) * deg_per_count,
-        step_deg: step_counts * deg_per_count,
-        count,
+    let learned = swings.learn(grid.knots(settings), f64::from(settings.from_deg))?;
+    let rest_deg = swings.amplitude_and_offset_deg()[1];
+    made(learned, grid, records.len() as u16, (rest_deg, sign), settings)
+}
+
+/// The table of a sweep: readings of the sensor that has these settings, and the angles at which they were read, deg.
+/// None where they show no error beyond noise.
+///
+/// # Errors
+/// Exit 2 for too few for their range; exit 3 for readings of another scale, or that determine no table.
+pub fn make_of_sweep(points: &[[f64; 2]], settings: &Settings) -> Result<Option<Made>> {
+    // Rising with the counts.
+    let sign = f64::from(settings.degrees_per_count.signum());
+    let sweep = Sweep::new(points.iter().map(|point| point.map(|deg| sign * deg)).collect());
+    let [low, high] = sweep.range_deg();
+    let grid = |most: usize| {
+        let no_readings =
+            || no_readings("this sweep holds").help("give readings that this device has made");
+        Grid::new([low, high], settings, most).ok_or_else(no_readings)
     };
-    let learned = swings.learn(knots, f64::from(settings.from_deg))?;
+    grid(KNOTS)?;
+    // Two rows for each knot, and as many knots as the widest spacing needs.
+    let deg_per_knot =
+        f64::from(1_u32 << MAX_SPACING_BITS) * f64::from(settings.degrees_per_count.abs());
+    let fewest = 2 * MIN_KNOTS.max(((high - low) / deg_per_knot).ceil() as usize + 2);
+    if points.len() < fewest {
+        let rows = points.len();
+        return Err(Error::usage(format!("{rows} rows are too few for this sweep: {fewest} at least"))
+            .help("turn the model slowly through all readings that it will have, and give what was read on the way"));
+    }
+    let grid = grid((points.len() / 2).min(KNOTS))?;
+    // The model swings to either side as far as it was turned.
+    let rest_deg = 0.5 * (low + high);
+    let swept = sweep.learn(grid.knots(settings), rest_deg, f64::from(settings.from_deg));
+    let Swept { learned, gain } = swept.map_err(|_| {
+        Error::data("in this sweep the angle does not follow the reading".to_owned())
+            .help("turn the model slowly from one end of its swing to the other, and give both columns in deg")
+    })?;
+    let made = made(learned, grid, FROM_SWEEP, (rest_deg, sign), settings)?;
+    Ok(made.map(|made| Made { gain: Some(gain), ..made }))
+}
+
+fn no_readings(whose: &str) -> Error {
+    Error::data(format!("{whose} readings that no converter of this device gives"))
+}
+
+/// The table that was learned; `None` where it is none beyond noise. Its motion rests at this reading, which has the
+/// sign of the counts' direction.
+fn made(
+    learned: Learned,
+    grid: Grid,
+    learned_from: u16,
+    (rest_deg, sign): (f64, f64),
+    settings: &Settings,
+) -> Result<Option<Made>> {
     if !learned.beyond_noise {
         return Ok(None);
     }
+    let deg_per_count = f64::from(settings.degrees_per_count.abs());
     let counts: Vec<f64> = learned.corrections_deg.iter().map(|deg| deg / deg_per_count).collect();
     let largest = counts.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
     let unit_bits = (0..=MAX_UNIT_BITS)
         .find(|bits| largest <= f64::from(127_u16 << bits))
         .ok_or_else(|| {
             let codes = codes(largest, settings);
-            Error::data(format!("these records would be corrected by {codes:.0} codes: no converter errs so"))
-                .help("see that they are releases of this device, and that nothing held or touched the model")
+            Error::data(format!(
+                "readings would be corrected by {codes:.0} codes: no converter errs so"
+            ))
+            .help("see that they are of this device, and that nothing held or touched the model")
         })?;
     let head = Head {
-        first_counts: first,
-        spacing_bits,
+        first_counts: grid.first,
+        spacing_bits: grid.spacing_bits,
         unit_bits,
-        knots: count as u16,
-        learned_from: records.len() as u16,
+        knots: grid.count as u16,
+        learned_from,
         damping_u: learned.damping_u as f32,
     };
     let mut table = Table::new();
@@ -102,22 +152,47 @@ pub fn make(records: &[Record], settings: &Settings) -> Result<Option<Made>> {
     if !table.is_sound() {
         return Err(Error::internal("a table that the device would refuse".to_owned()));
     }
-    let widest = widest(&learned, knots, swings.amplitude_and_offset_deg()[1], sign);
-    Ok(Some(Made { table, learned, widest }))
+    let widest = widest(&learned, grid.knots(settings), rest_deg, sign);
+    Ok(Some(Made { table, learned, gain: None, widest }))
 }
 
-/// First reading, spacing and number of the knots that cover these readings: one a code if they can.
-fn grid(low: f64, high: f64, settings: &Settings) -> Option<(u16, u8, usize)> {
-    let finest = code_counts(settings).log2().floor() as u8;
-    let (low, high) = (low.floor(), high.ceil());
-    let within = low >= 0.0 && high <= f64::from(settings.full_scale_counts);
-    let spacing_bits =
-        (finest..=8).find(|bits| high - low <= f64::from((KNOTS as u32 - 1) << bits))?;
-    let spacing = f64::from(1_u32 << spacing_bits);
-    let count = (((high - low) / spacing).ceil() as usize + 1).max(MIN_KNOTS);
-    // The last knot is a reading, too.
-    let last = f64::from(u16::MAX) - spacing * (count - 1) as f64;
-    (within && last >= 0.0).then_some((low.min(last.floor()) as u16, spacing_bits, count))
+/// Where a table's knots are, in counts.
+#[derive(Clone, Copy)]
+struct Grid {
+    first: u16,
+    spacing_bits: u8,
+    count: usize,
+}
+
+impl Grid {
+    /// Knots that cover these readings, rising with the counts: one a code if so many suffice. `None` where no
+    /// converter has such readings, or `most` knots cannot cover them.
+    fn new(range_deg: [f64; 2], settings: &Settings, most: usize) -> Option<Self> {
+        let deg_per_count = f64::from(settings.degrees_per_count.abs());
+        let [low, high] =
+            range_deg.map(|deg| deg / deg_per_count + f64::from(settings.zero_counts));
+        let finest = code_counts(settings).log2().floor() as u8;
+        let (low, high) = (low.floor(), high.ceil());
+        let within = low >= 0.0 && high <= f64::from(settings.full_scale_counts);
+        let spacing_bits = (finest..=MAX_SPACING_BITS)
+            .find(|bits| high - low <= f64::from((most as u32 - 1) << bits))?;
+        let spacing = f64::from(1_u32 << spacing_bits);
+        let count = (((high - low) / spacing).ceil() as usize + 1).max(MIN_KNOTS);
+        // The last knot is a reading, too.
+        let last = f64::from(u16::MAX) - spacing * (count - 1) as f64;
+        let first = low.min(last.floor()) as u16;
+        (within && last >= 0.0).then_some(Self { first, spacing_bits, count })
+    }
+
+    /// Readings.
+    fn knots(&self, settings: &Settings) -> Knots {
+        let deg_per_count = f64::from(settings.degrees_per_count.abs());
+        Knots {
+            first_deg: (f64::from(self.first) - f64::from(settings.zero_counts)) * deg_per_count,
+            step_deg: f64::from(1_u32 << self.spacing_bits) * deg_per_count,
+            count: self.count,
+        }
+    }
 }
 
 /// Corrections in the head's unit that leave corrected readings rising. What is rounded off one goes to the

@@ -6,6 +6,9 @@ use yawrig_shared::wire::{Absent, Linearity, Settings};
 /// Counts of a code of 12 bits, where the device's converter gives so many codes.
 const CODES: f64 = 4095.0;
 
+/// What a table of a sweep has for the number of releases that it is learned from, of which three are the fewest.
+pub const FROM_SWEEP: u16 = 1;
+
 /// Counts of a code.
 pub fn code_counts(settings: &Settings) -> f64 {
     (f64::from(settings.full_scale_counts) / CODES).max(1.0)
@@ -23,7 +26,8 @@ pub fn json(linearity: &Linearity, settings: &Settings) -> Value {
         return Value::Null;
     }
     let largest_codes = codes(f64::from(largest_counts), settings);
-    json!({"learned_from": learned_from, "knots": knots, "largest_codes": largest_codes})
+    let by = if learned_from == FROM_SWEEP { "sweep" } else { "releases" };
+    json!({"by": by, "learned_from": learned_from, "knots": knots, "largest_codes": largest_codes})
 }
 
 /// Why a table that was written is not used, as JSON names it.
@@ -53,9 +57,13 @@ pub fn text(linearity: &Linearity, settings: &Settings) -> String {
     }
     match knots {
         0 => "not corrected for its converter's error".to_owned(),
-        _ => format!(
-            "corrected by a table of {knots} knots from {learned_from} releases, by up to {:.1} codes",
-            codes(f64::from(largest_counts), settings)
-        ),
+        _ => {
+            let from = match learned_from {
+                FROM_SWEEP => "a sweep".to_owned(),
+                releases => format!("{releases} releases"),
+            };
+            let most = codes(f64::from(largest_counts), settings);
+            format!("corrected by a table of {knots} knots from {from}, by up to {most:.1} codes")
+        }
     }
 }

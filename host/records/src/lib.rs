@@ -32,6 +32,7 @@ pub mod place;
 mod quantity;
 mod source;
 mod suggest;
+mod sweep_file;
 mod swing;
 mod table;
 mod tdms;
@@ -46,6 +47,7 @@ pub use csv_file::{as_written, write, write_samples, write_samples_of, ACCEPTED_
 pub use kept::keep;
 pub use quantity::Quantity;
 pub use source::{content, content_when_read, holds, Content};
+pub use sweep_file::read_sweep;
 pub use table::{Channel, Selection};
 pub use units::TimeUnit;
 

@@ -2,9 +2,10 @@
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
 use std::path::Path;
 use yawrig_shared::wire::Request;
-use yawrig_tests::converter::{record, settings, Converter, Release};
+use yawrig_tests::converter::{record, settings, Converter, Release, DEG_PER_COUNT};
 use yawrig_tests::line::Board;
 use yawrig_tests::process::yawrig;
 
@@ -74,4 +75,72 @@ fn a_device_learns_its_converter_keeps_it_and_forgets_it_when_told() {
     on_it("device lock --key key --yes").exits(0);
     on_it("device linearity --forget").exits(5).says("it is locked").helps();
     assert_eq!(on_it("device linearity --json").exits(0).json()["linearity"]["learned_from"], 4);
+}
+
+/// The same chip turned slowly against a reference, 18 deg to either side of where the releases rest.
+fn swept(folder: &Path) {
+    let converter = Converter::chip(3);
+    let mut random = ChaCha8Rng::seed_from_u64(4);
+    let mut text = "reference_deg,yaw_deg\n".to_owned();
+    for k in -1800..=1800 {
+        let angle_deg = f64::from(k) * 0.01;
+        let conversion = |_| {
+            let noise: f64 = StandardNormal.sample(&mut random);
+            converter.read(1480.0 + angle_deg / (16.0 * DEG_PER_COUNT) + noise)
+        };
+        let counts: u16 = (0..16).map(conversion).sum();
+        let reading = record("r", &[counts]).yaw_deg[0];
+        // The reference has a zero of its own.
+        text += &format!("{:.3},{reading}\n", angle_deg + 7.0);
+    }
+    std::fs::write(folder.join("sweep.csv"), text).expect("room for it");
+}
+
+/// A sweep says of the converter what releases say: the same error of a damping ratio.
+#[test]
+fn a_sweep_against_a_reference_is_a_table_too() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let records = write(folder, 8);
+    swept(folder);
+    let board = Board::default();
+    board.tell(&Request::Configure(settings()));
+    let on_it = |arguments: &str| {
+        let line = board.plug();
+        yawrig(arguments).and("--device").and(line.path()).in_folder(folder).run()
+    };
+    let error = |arguments: &str| {
+        let learned = on_it(&format!("{arguments} --json")).exits(0).json();
+        on_it("device linearity --forget").exits(0);
+        let error = &learned["learned"]["damping_error"];
+        let number = |name: &str| error[name].as_f64().expect("a number");
+        (number("value"), number("u"), learned)
+    };
+    let (by_sweep, u, learned) = error("device linearity --sweep sweep.csv");
+    let (by_releases, u_releases, _) = error(&format!("device linearity {records}"));
+    println!("{by_sweep} +- {u}, {by_releases} +- {u_releases}");
+    assert!((by_sweep - by_releases).abs() < 3.0 * u.hypot(u_releases), "{learned}");
+    assert!(by_sweep.abs() > 10.0 * u, "{learned}");
+    assert_eq!(learned["linearity"]["by"], "sweep");
+    let gain = learned["learned"]["gain"].as_f64().expect("a number");
+    // The wide code is 8 codes that are not read, of 430.
+    assert!((gain - 1.02).abs() < 8e-3, "{gain}");
+
+    let said = on_it("device linearity --sweep sweep.csv").exits(0);
+    assert!(said.stdout.contains("from a sweep"), "{}", said.report());
+    on_it("device linearity --sweep sweep.csv").exits(2).says("has a table already").helps();
+    on_it("device linearity --forget").exits(0);
+    let wrong = |text: &str, exit: i32, says: &str| {
+        std::fs::write(folder.join("wrong.csv"), text).expect("room for it");
+        on_it("device linearity --sweep wrong.csv").exits(exit).says(says).helps();
+    };
+    on_it("device linearity --sweep none.csv").exits(3).says("none.csv").helps();
+    wrong("yaw_deg,angle\n1,2\n", 3, "wrong.csv, line 1: no column reference_deg");
+    wrong("yaw_deg,reference_deg\n1,2\n1,x\n", 3, "wrong.csv, line 3: \"x\" is no angle in deg");
+    wrong("yaw_deg,reference_deg\n", 3, "wrong.csv has no row");
+    wrong("yaw_deg,reference_deg\n1,2\n2,3\n", 2, "2 rows are too few for this sweep: 32 at least");
+    let still: String = (0..100).map(|k| format!("{},3\n", 0.1 * f64::from(k))).collect();
+    wrong(&format!("yaw_deg,reference_deg\n{still}"), 3, "the angle does not follow the reading");
+    let beyond: String = (0..2000).map(|k| format!("{k},{k}\n")).collect();
+    wrong(&format!("yaw_deg,reference_deg\n{beyond}"), 3, "no converter of this device gives");
 }

@@ -19,7 +19,7 @@ const MIN_SAMPLES: f64 = 20.0;
 /// Share of what a stiffness law's harmonics would do that stays: not each law is a cubic one.
 const OTHER_LAWS: f64 = 0.1;
 /// What is taken out is more than noise beyond so many times what a table takes out of noise.
-const BY_CHANCE: f64 = 4.0;
+pub(super) const BY_CHANCE: f64 = 4.0;
 /// Rise of the corrected reading at least, over that of the reading.
 const MIN_RISE: f64 = 0.1;
 
@@ -217,7 +217,7 @@ pub(super) fn learn(swings: &[Swing], knots: Knots, from_deg: f64) -> Result<Lea
     let removed = (before * before - left * left).max(0.0);
     let by_chance = left * left * knots.count as f64 / sums.samples;
     let learned = Learned {
-        corrections_deg: corrections(&state, first, last),
+        corrections_deg: corrections(&state.errors, knots, first, last),
         seen_deg: [knots.deg(first), knots.deg(last)],
         removed_rms_deg: removed.sqrt(),
         beyond_noise: removed > BY_CHANCE * by_chance,
@@ -232,13 +232,12 @@ pub(super) fn learn(swings: &[Swing], knots: Knots, from_deg: f64) -> Result<Lea
 }
 
 /// What is to be added to the reading of each knot: the angle that has it, less the reading.
-fn corrections(state: &State, first: usize, last: usize) -> Vec<f64> {
-    let knots = state.knots;
+pub(super) fn corrections(errors: &[f64], knots: Knots, first: usize, last: usize) -> Vec<f64> {
     let step = knots.step_deg;
     // Readings at the knots' angles, beyond what was seen by the error at the end of that; rising.
     let mut readings: Vec<f64> = Vec::with_capacity(knots.count);
     for k in 0..knots.count {
-        let reading = knots.deg(k) + state.errors[k.clamp(first, last)];
+        let reading = knots.deg(k) + errors[k.clamp(first, last)];
         let least = readings.last().map_or(f64::NEG_INFINITY, |before| before + 1e-3 * step);
         readings.push(reading.max(least));
     }

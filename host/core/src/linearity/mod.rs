@@ -20,6 +20,7 @@ mod damping;
 mod fit;
 mod jumps;
 mod start;
+mod sweep;
 mod table;
 
 use crate::error::{Error, Result};
@@ -27,6 +28,7 @@ use crate::identify::{self, Settings};
 use crate::record::Record;
 pub use jumps::Jumps;
 use start::{Swing, MIN_CYCLES};
+pub use sweep::{Sweep, Swept};
 pub use table::{Knots, Learned};
 
 /// A cycle's samples at least: with fewer a reading's phase says little.

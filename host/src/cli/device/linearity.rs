@@ -18,6 +18,10 @@ pub struct Linearity {
     /// one rest angle are enough. Without any: what it has
     #[arg(value_name = "RECORD")]
     records: Vec<PathBuf>,
+    /// A sweep in place of releases: a CSV file with the columns yaw_deg, what the device reads, and
+    /// reference_deg, where the model is, turned slowly through all of its readings
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["records", "forget"])]
+    sweep: Option<PathBuf>,
     /// Make it forget its table
     #[arg(long, conflicts_with = "records")]
     forget: bool,
@@ -32,7 +36,7 @@ impl Linearity {
             within("--travel-deg", travel_deg, 1.0, 36_000.0)?;
         }
         // Before the device is opened.
-        let records = self.read()?;
+        let source = self.read()?;
         let mut bench = device.open()?;
         let status = bench.client.status()?;
         let mut settings = status.settings;
@@ -42,17 +46,22 @@ impl Linearity {
         let mut made = None;
         if self.forget {
             link::forget(&mut bench.client)?;
-        } else if !records.is_empty() {
+        } else if let Some(source) = &source {
             if status.linearity.knots > 0 {
                 return Err(Error::usage(
-                    "the device has a table already, and what it records is corrected by that".to_owned(),
+                    "the device has a table already, and what it reads is corrected by that".to_owned(),
                 )
                 .help(
-                    "have it forget that (`yawrig device linearity --forget`), and give records from before it or after",
+                    "have it forget that (`yawrig device linearity --forget`), and give what it read before it or after",
                 ));
             }
-            crate::say!("learning from {} releases", records.len());
-            made = link::make(&records, &settings)?;
+            made = match source {
+                Source::Releases(records) => {
+                    crate::say!("learning from {} releases", records.len());
+                    link::make(records, &settings)?
+                }
+                Source::Sweep(points) => link::make_of_sweep(points, &settings)?,
+            };
             if let Some(made) = &made {
                 link::write(&mut bench.client, &made.table)?;
             }
@@ -74,17 +83,29 @@ impl Linearity {
         }
         match made {
             Some(made) => print_line(&learned_text(&made, &settings))?,
-            None if !records.is_empty() => print_line(
-                "these releases show no error of the sensor beyond their noise: nothing was written",
+            None if source.is_some() => print_line(
+                "these readings show no error of the sensor beyond their noise: nothing was written",
             )?,
             None => {}
         }
         print_line(&link::text(&has, &settings))
     }
 
-    fn read(&self) -> Result<Vec<Record>> {
-        self.records.iter().map(|file| yawrig_records::read(file)).collect()
+    fn read(&self) -> Result<Option<Source>> {
+        if let Some(file) = &self.sweep {
+            return Ok(Some(Source::Sweep(yawrig_records::read_sweep(file)?)));
+        }
+        let records = self.records.iter().map(|file| yawrig_records::read(file));
+        let records = records.collect::<Result<Vec<Record>>>()?;
+        Ok((!records.is_empty()).then_some(Source::Releases(records)))
     }
+}
+
+/// What a table is learned from.
+enum Source {
+    Releases(Vec<Record>),
+    /// Readings and angles, deg.
+    Sweep(Vec<[f64; 2]>),
 }
 
 fn learned_json(made: &Made) -> Value {
@@ -95,6 +116,7 @@ fn learned_json(made: &Made) -> Value {
         "removed_rms_deg": learned.removed_rms_deg,
         "left_rms_deg": learned.left_rms_deg,
         "frequency_change": learned.frequency_change,
+        "gain": made.gain,
         "widest": {"deg": widest.deg, "at_deg": widest.at_deg},
     })
 }
@@ -123,6 +145,13 @@ fn learned_text(made: &Made, settings: &Settings) -> String {
             widest.at_deg
         ));
     }
+    if let Some(gain) = made.gain.map(f64::abs).filter(|gain| (gain - 1.0).abs() > OTHER_TRAVEL) {
+        lines.push(format!(
+            "the angle rises by {gain:.4} deg for each deg read: --travel-deg {:.1} makes angles right; natural frequency and \
+             damping ratio do not change",
+            gain * count_deg * 65_536.0
+        ));
+    }
     if learned.frequency_change > STIFF {
         lines.push(format!(
             "the frequency changes by {:.2} % over the amplitude: a spring's law is told from the sensor's by that, and a \
@@ -135,5 +164,7 @@ fn learned_text(made: &Made, settings: &Settings) -> String {
 
 /// A reading that stands still for longer is worth a word.
 const WIDE_CODES: f64 = 3.0;
+/// A share of the angle that is worth one.
+const OTHER_TRAVEL: f64 = 2e-3;
 /// A relative change of the frequency that is worth one.
 const STIFF: f64 = 1e-3;
