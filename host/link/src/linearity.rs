@@ -19,6 +19,9 @@ const WHOLE: f64 = 0.1;
 const MAX_UNIT_BITS: u8 = 3;
 const MAX_SPACING_BITS: u8 = 8;
 
+/// The factor by which angles are off that are in another unit: 17 for mrad is the least. A travel is not.
+const OTHER_UNIT: f64 = 10.0;
+
 /// A table with what is known of it.
 #[derive(Clone, Debug)]
 pub struct Made {
@@ -106,6 +109,12 @@ pub fn make_of_sweep(points: &[[f64; 2]], settings: &Settings) -> Result<Option<
         Error::data("in this sweep the angle does not follow the reading".to_owned())
             .help("turn the model slowly from one end of its swing to the other, and give both columns in deg")
     })?;
+    if !(1.0 / OTHER_UNIT..OTHER_UNIT).contains(&gain.abs()) {
+        return Err(Error::data(format!(
+            "in this sweep the angle rises by {gain:.3} for each deg read"
+        ))
+        .help("give both columns in deg"));
+    }
     let made = made(learned, grid, FROM_SWEEP, (rest_deg, sign), settings)?;
     Ok(made.map(|made| Made { gain: Some(gain), ..made }))
 }

@@ -183,7 +183,7 @@ pub fn needed(effects: &[Effect]) -> String {
     match names.len() {
         0 => String::new(),
         _ => format!(
-            "  {}: what the model lacks might stand in, but without it predicts worse; the ± is half of the number\n",
+            "  the ± of {} is half of the number at most: what the model lacks might stand in for it, but without it the prediction is worse\n",
             names.join(", ")
         ),
     }

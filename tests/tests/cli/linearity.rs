@@ -141,6 +141,17 @@ fn a_sweep_against_a_reference_is_a_table_too() {
     wrong("yaw_deg,reference_deg\n1,2\n2,3\n", 2, "2 rows are too few for this sweep: 32 at least");
     let still: String = (0..100).map(|k| format!("{},3\n", 0.1 * f64::from(k))).collect();
     wrong(&format!("yaw_deg,reference_deg\n{still}"), 3, "the angle does not follow the reading");
+    let sweep = std::fs::read_to_string(folder.join("sweep.csv")).expect("the sweep");
+    let in_rad = |row: &str| {
+        let (angle, reading) = row.split_once(',').expect("two cells");
+        format!("{:.6},{reading}\n", angle.parse::<f64>().expect("deg").to_radians())
+    };
+    let rad: String = sweep.lines().skip(1).map(in_rad).collect();
+    wrong(
+        &format!("reference_deg,yaw_deg\n{rad}"),
+        3,
+        "the angle rises by 0.018 for each deg read",
+    );
     let beyond: String = (0..2000).map(|k| format!("{k},{k}\n")).collect();
     wrong(&format!("yaw_deg,reference_deg\n{beyond}"), 3, "no converter of this device gives");
 }

@@ -3,6 +3,7 @@
 use crate::effects::{Effect, Parameter, State, Terms};
 use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
+use crate::fit::joint::JointFit;
 use crate::fit::structure::{WN, ZETA};
 use crate::identify::WindowEstimate;
 use crate::quantity::{Quantity, CHANCE};
@@ -121,10 +122,12 @@ pub(super) fn of_unknown_size(model: &Fitted, there: &[Effect], k: f64) -> Vec<E
     new.filter(may_be_none).cloned().collect()
 }
 
-/// `model` with each of `effects` known to be other than zero: its size that is most so for all that the model lacks
+/// `model` with each of `effects` that it has known to be other than zero: its size that is most so for all that the model lacks
 /// is [`OF_NAMED`] of its standard uncertainties from it, and the other numbers are what that makes of them.
 pub(super) fn other_than_zero(model: Fitted, effects: &[Effect]) -> Fitted {
-    effects.iter().fold(model, |model, effect| {
+    let there: Vec<&Effect> =
+        effects.iter().filter(|effect| model.structure.place(effect).is_some()).collect();
+    there.into_iter().fold(model, |model, effect| {
         let numbers = model.effect_parameters();
         let own = numbers_of(effect, &numbers);
         let over = |(_, q): &&(&Parameter, Quantity)| q.value.abs() / q.u;
@@ -134,6 +137,14 @@ pub(super) fn other_than_zero(model: Fitted, effects: &[Effect]) -> Fitted {
         model.needed.push(effect.clone());
         model
     })
+}
+
+/// The same of each release, and of what they have in common.
+pub(super) fn other_than_zero_in_all(joint: &mut JointFit, effects: &[Effect]) {
+    for fit in &mut joint.fits {
+        *fit = other_than_zero(fit.clone(), effects);
+    }
+    effects.iter().for_each(|effect| joint.known_from_zero(effect, OF_NAMED));
 }
 
 /// An effect none of whose numbers is known to be more than `k` standard uncertainties from zero, or one with a

@@ -10,6 +10,7 @@ use crate::diagnosis::answer::{
     hold_least, Candidate, Diagnosed, Diagnosis, HeldOut, Options, ReleaseVerdict, Status, Step,
 };
 use crate::diagnosis::campaign_fit::Campaign;
+use crate::diagnosis::guards;
 use crate::diagnosis::left_out::LeftOut;
 use crate::diagnosis::likelihood::are_explained;
 use crate::diagnosis::origin::OWN;
@@ -138,14 +139,16 @@ fn models(
         let indistinguishable = judged.alone.indistinguishable(effects);
         return Ok(Models { path, indistinguishable, held_out, candidates });
     }
-    let Predicted { path, alike, refused } = rig.by_prediction(judged, own, structure)?;
+    let Predicted { path, alike, needed, refused } = rig.by_prediction(judged, own, structure)?;
     for candidate in &mut candidates {
         let refusal = refused.iter().find(|r| r.effect == candidate.effect);
         candidate.reason = candidate.reason.take().or(refusal.map(|r| r.reason.clone()));
     }
     let named = judged.alone.named();
     let together = |model: &ModelOfReleases| Ok(rig.together(model));
-    let path = left_out(rig, &together, judged, path, named, &mut candidates)?;
+    let mut path = left_out(rig, &together, judged, path, named, &mut candidates)?;
+    // It may be another fit than the one that was judged: with a line more, or an effect less.
+    guards::other_than_zero_in_all(&mut path.last_mut().expect("a model").joint, &needed);
     Ok(Models { path, indistinguishable: alike, held_out: HeldOut::Pieces, candidates })
 }
 

@@ -120,6 +120,8 @@ pub(super) fn whole(decays: &[FreeDecay]) -> Vec<Release<'_>> {
 pub(super) struct Predicted {
     pub(super) path: Vec<Together>,
     pub(super) alike: Vec<[Effect; 2]>,
+    /// Effects that the prediction alone tells from zero.
+    pub(super) needed: Vec<Effect>,
     pub(super) refused: Vec<Refusal>,
 }
 
@@ -199,10 +201,8 @@ impl Rig<'_> {
             joint(survivors, judged).polished(&whole(decays))
         };
         let as_told = |joint: JointFit| joint.with_discrepancy(&whole(decays));
-        let Standing { survivors, mut last, needed, refused } =
+        let Standing { survivors, last, needed, refused } =
             standing(decays, survivors, precisely, as_told, |joint| &joint.fits)?;
-        let told = |fit: Fitted| guards::other_than_zero(fit, &needed);
-        last.fits = last.fits.into_iter().map(told).collect();
         let stands = |rival: &PredictedModel| {
             let fits = joint(&survivors, rival).fits;
             let there = survivors.there();
@@ -225,6 +225,6 @@ impl Rig<'_> {
         let mut path: Vec<Together> = path.collect();
         let longer = self.lines_beside(judged, path.last().expect("a model"))?;
         path.extend(longer);
-        Ok(Predicted { path, alike, refused })
+        Ok(Predicted { path, alike, needed, refused })
     }
 }

@@ -14,6 +14,7 @@ use crate::bic;
 use crate::effects::Effect;
 use crate::fit::fitting::{are_moved_by_steps, enough, held_out_over_noise, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
+use crate::fit::known::{from_zero, know};
 use crate::fit::layout::Layout;
 pub use crate::fit::layout::Sharing;
 pub use crate::fit::problem::Release;
@@ -23,7 +24,7 @@ use crate::par_map::ParMap;
 use crate::quantity::Quantity;
 use crate::solver::{off_bounds, Fit};
 use crate::statistics::weighted_rms;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 /// A model fitted to several releases at once.
 #[derive(Clone, Debug)]
@@ -190,6 +191,30 @@ impl JointFit {
     /// One of [`Self::parameters`], its u inflated for correlated residuals.
     pub fn quantity(&self, index: usize) -> Quantity {
         Quantity::new(self.parameters[index], self.covariance(index, index).max(0.0).sqrt())
+    }
+
+    /// With the number of `effect` that is furthest from zero, of each group that shares it, at least `k` of its standard
+    /// uncertainties from there, and what releases have in common conditioned on that.
+    pub(crate) fn known_from_zero(&mut self, effect: &Effect, k: f64) {
+        let over = |at: &usize| {
+            let Quantity { value, u } = self.quantity(*at);
+            value.abs() / u
+        };
+        let of_release = |release: usize| {
+            let numbers = 0..effect.parameters().len();
+            let places = numbers.filter_map(|number| self.place(effect, number, release));
+            places.max_by(|a, b| over(a).total_cmp(&over(b)))
+        };
+        let mut furthest: Vec<usize> = (0..self.fits.len()).filter_map(of_release).collect();
+        furthest.sort_unstable();
+        furthest.dedup();
+        for at in furthest {
+            let known = from_zero(self.parameters[at], k) / self.inflation;
+            let row = DVector::from_fn(self.parameters.len(), |j, _| f64::from(u8::from(j == at)));
+            if let Some(covariance) = &mut self.covariance {
+                know(covariance, &row, known);
+            }
+        }
     }
 
     /// Residual over noise on the means after those fitted; not a number where there are none.

@@ -93,3 +93,27 @@ fn the_jacobian_of_shared_numbers_agrees_with_differences() {
     assert!((c.value - 2.0).abs() < 1e-6, "{c}");
     assert_eq!(fitted.place(&Effect::CubicDamping, 0, 0), None);
 }
+
+/// What two releases share is told from zero in the numbers that they have in common; nothing is less known for it.
+#[test]
+fn a_shared_number_is_told_from_zero() {
+    let decays = [decay(6.0, 2.0), decay(7.0, 8.0)];
+    let releases = decays.each_ref().map(Release::whole);
+    let effects = vec![Effect::CubicDamping, Effect::StaticOffset];
+    let structure = Structure { effects, ..Structure::default() };
+    let sharing = Sharing { modal: vec![0, 1], effects: vec![vec![Some(0); 2]; 2] };
+    let starts = [vec![6.0, 0.01, 0.2, 0.0, 3.0, 0.1], vec![7.0, 0.01, 0.2, 0.0, 3.0, 0.1]];
+    let before = fit(&releases, &structure, &sharing, &starts);
+    let at = before.place(&Effect::CubicDamping, 0, 0).expect("an effect of both");
+    let own = before.quantity(at);
+    let k = 10.0 * own.value.abs() / own.u;
+    let mut after = before.clone();
+    after.known_from_zero(&Effect::CubicDamping, k);
+    assert!((after.quantity(at).u * 10.0 / own.u - 1.0).abs() < 1e-6, "{}", after.quantity(at));
+    for j in 0..before.parameters.len() {
+        assert!(after.quantity(j).u <= before.quantity(j).u * (1.0 + 1e-9), "{j}");
+    }
+    // It is that far already.
+    after.known_from_zero(&Effect::CubicDamping, 0.5 * k);
+    assert!((after.quantity(at).u * 10.0 / own.u - 1.0).abs() < 1e-6);
+}

@@ -2,7 +2,23 @@
 
 use crate::fit::fitted::Fitted;
 use crate::fit::structure::WN;
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
+
+/// What is left of the variance of a number that is `k` of its standard uncertainties from zero: not brought back by
+/// rounding.
+pub(super) fn from_zero(value: f64, k: f64) -> f64 {
+    (1.0 - 1e-9) * (value / k).powi(2)
+}
+
+/// Makes the number that has this `row` of derivatives known to a variance, if it is not, and conditions all others on
+/// that.
+pub(super) fn know(covariance: &mut DMatrix<f64>, row: &DVector<f64>, known: f64) {
+    let with_it = &*covariance * row;
+    let variance = row.dot(&with_it);
+    if known > 0.0 && variance > known {
+        *covariance -= &with_it * with_it.transpose() * ((variance - known) / variance.powi(2));
+    }
+}
 
 impl Fitted {
     /// With standard uncertainties of numbers that were not fitted but were known before, in the order of
@@ -23,21 +39,14 @@ impl Fitted {
         self
     }
 
-    /// Given that the number `name` is known to be so many of its standard uncertainties (`k`) from zero, if it
-    /// is not: what else is less known for not knowing it is known better, too.
+    /// With the number `name` at least `k` of its standard uncertainties from zero, and all others conditioned on
+    /// that.
     pub(crate) fn known_from_zero(mut self, name: &str, k: f64) -> Self {
         let number = self.published().find(|p| p.name == name);
         let (Some(number), Some(covariance)) = (number, &mut self.covariance) else { return self };
         let by_clock = number.value * number.seconds * self.around.rate_u;
-        // Not brought back by rounding.
-        let known = (1.0 - 1e-9) * (number.value / k).powi(2) - by_clock.powi(2);
-        let known = known / self.inflation;
-        let row = DVector::from_vec(number.row);
-        let with_it = &*covariance * &row;
-        let variance = row.dot(&with_it);
-        if known > 0.0 && variance > known {
-            *covariance -= &with_it * with_it.transpose() * ((variance - known) / variance.powi(2));
-        }
+        let known = (from_zero(number.value, k) - by_clock.powi(2)) / self.inflation;
+        know(covariance, &DVector::from_vec(number.row), known);
         self
     }
 }

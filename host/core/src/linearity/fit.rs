@@ -130,16 +130,7 @@ impl State<'_> {
             normal[(k, k)] += prior;
         }
         gradient -= prior * &errors;
-        let (mut all, mut middle) = (0.0, 0.0);
-        for (k, seen) in sums.seen.iter().enumerate() {
-            (all, middle) = (all + seen, middle + seen * k as f64);
-        }
-        let middle = middle / all;
-        for gain in [false, true] {
-            let shape = |k: usize| sums.seen[k] * if gain { k as f64 - middle } else { 1.0 };
-            let fixed = DVector::from_fn(self.knots.count, |k, _| shape(k));
-            // As firmly as the best seen knots are known.
-            let fixed = fixed.normalize() * (30.0 * all / self.knots.count as f64).sqrt();
+        for fixed in offset_and_gain(&sums.seen) {
             normal += &fixed * fixed.transpose();
             gradient -= &fixed * fixed.dot(&errors);
         }
@@ -166,6 +157,18 @@ impl State<'_> {
             *stiffness = slope / ((y - slope * x) / w);
         }
     }
+}
+
+/// An offset and a gain of the errors at knots that were passed so often, which a table has not: as firmly as the best
+/// seen knots are known.
+pub(super) fn offset_and_gain(seen: &[f64]) -> [DVector<f64>; 2] {
+    let all: f64 = seen.iter().sum();
+    let middle = seen.iter().enumerate().map(|(k, seen)| seen * k as f64).sum::<f64>() / all;
+    [false, true].map(|gain| {
+        let shape = |k: usize| seen[k] * if gain { k as f64 - middle } else { 1.0 };
+        let fixed = DVector::from_fn(seen.len(), |k, _| shape(k)).normalize();
+        fixed * (30.0 * all / seen.len() as f64).sqrt()
+    })
 }
 
 pub(super) fn learn(swings: &[Swing], knots: Knots, from_deg: f64) -> Result<Learned> {

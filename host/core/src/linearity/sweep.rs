@@ -7,15 +7,13 @@
 //! gain is said.
 
 use super::damping;
-use super::fit::{corrections, BY_CHANCE};
+use super::fit::{corrections, offset_and_gain, BY_CHANCE};
 use super::table::{Knots, Learned};
 use crate::error::{Error, Result};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// Weight of a knot's bend, of the mean number of points at a knot: it bridges knots without any, and no more.
 const SMOOTH: f64 = 1e-4;
-/// The same of what a table may not hold.
-const FIRM: f64 = 30.0;
 
 /// Readings, and the angles at which they were read.
 #[derive(Clone, Debug)]
@@ -72,7 +70,7 @@ impl Sweep {
         let count = knots.count;
         let mut normal: DMatrix<f64> = DMatrix::zeros(count, count);
         let mut wanted: DVector<f64> = DVector::zeros(count);
-        let mut seen: DVector<f64> = DVector::zeros(count);
+        let mut seen = vec![0.0; count];
         // Angles as they would be read, and the errors.
         let points: Vec<(f64, f64)> = (self.points.iter())
             .map(|[reading, angle]| ((angle - offset) / gain, reading - (angle - offset) / gain))
@@ -93,17 +91,13 @@ impl Sweep {
                 bend.iter().for_each(|(j, b)| normal[(i, *j)] += SMOOTH * each * a * b);
             }
         }
-        let middle = seen.iter().enumerate().map(|(k, s)| s * k as f64).sum::<f64>() / n;
-        for shape in [&|_| 1.0, &|k: usize| k as f64 - middle] as [&dyn Fn(usize) -> f64; 2] {
-            let fixed = DVector::from_fn(count, |k, _| seen[k] * shape(k)).normalize();
-            normal += &fixed * fixed.transpose() * (FIRM * each);
+        for fixed in offset_and_gain(&seen) {
+            normal += &fixed * fixed.transpose();
         }
         let root = Cholesky::new(normal).ok_or_else(undetermined)?;
         let errors = root.solve(&wanted);
-        let left_of = |(angle, error): &(f64, f64)| {
-            let (knot, beyond) = knots.place(*angle);
-            error - errors[knot] * (1.0 - beyond) - errors[knot + 1] * beyond
-        };
+        let errors = errors.as_slice();
+        let left_of = |(angle, error): &(f64, f64)| error - knots.between(errors, *angle);
         let before: f64 = points.iter().map(|(_, error)| error * error).sum();
         let after: f64 = points.iter().map(|point| left_of(point).powi(2)).sum();
         let left = after / (n - count as f64 - 2.0).max(1.0);
@@ -114,12 +108,12 @@ impl Sweep {
         let half = 0.5 * (knots.deg(count - 1) - knots.deg(0));
         let weights = damping::weights(knots, rest_deg, from_deg.min(half));
         let learned = Learned {
-            corrections_deg: corrections(errors.as_slice(), knots, first, last),
+            corrections_deg: corrections(errors, knots, first, last),
             seen_deg: self.range_deg(),
             removed_rms_deg: removed.max(0.0).sqrt(),
             beyond_noise: removed > BY_CHANCE * left * count as f64 / n,
             left_rms_deg: left.sqrt(),
-            damping_error: weights.dot(&errors),
+            damping_error: weights.dot(&DVector::from_column_slice(errors)),
             damping_u: (left * weights.dot(&root.solve(&weights))).sqrt(),
             frequency_change: 0.0,
         };
@@ -166,11 +160,9 @@ mod tests {
             let (Swept { learned, gain }, knots) = swept(points, noise_deg, count);
             assert!((gain * 1.02 - 1.0).abs() < 5e-3, "{gain}");
             assert!(learned.beyond_noise && learned.removed_rms_deg > 0.05, "{learned:?}");
-            let corrected = |angle: f64| {
-                let (knot, beyond) = knots.place(reading(angle));
-                let [a, b] = [knot, knot + 1].map(|k| learned.corrections_deg[k]);
-                reading(angle) + a * (1.0 - beyond) + b * beyond
-            };
+            let corrections = &learned.corrections_deg;
+            let corrected =
+                |angle: f64| reading(angle) + knots.between(corrections, reading(angle));
             // But for the jump itself, which lies between knots.
             let angles = (-190..190).map(|k| f64::from(k) * 0.1);
             let angles = angles.filter(|a| (a - 3.0).abs() > 2.0 * knots.step_deg);

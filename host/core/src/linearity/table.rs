@@ -19,6 +19,12 @@ impl Knots {
         (knot, at - knot as f64)
     }
 
+    /// What has these values at the knots, and is straight between them.
+    pub(super) fn between(&self, values: &[f64], deg: f64) -> f64 {
+        let (knot, beyond) = self.place(deg);
+        values[knot] * (1.0 - beyond) + values[knot + 1] * beyond
+    }
+
     /// The reading of a knot.
     pub fn deg(&self, knot: usize) -> f64 {
         self.first_deg + self.step_deg * knot as f64
