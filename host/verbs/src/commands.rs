@@ -25,6 +25,16 @@ pub struct Making<'a> {
     pub own: &'a [(Effect, String)],
 }
 
+/// An effect to be added.
+pub struct Addition<'a> {
+    /// Its id, or the file it is read from.
+    pub effect: &'a str,
+    pub source: SourceKind,
+    /// Whatever is predicted with it of what was held out: with those that follow it counts, or it was judged
+    /// by another prediction.
+    pub keep: bool,
+}
+
 /// A model's file that is not there yet: what is there is about other records.
 pub fn new_model() -> PathBuf {
     let numbered = (2..).map(|n| PathBuf::from(format!("model-{n}.toml")));
@@ -48,9 +58,9 @@ impl Making<'_> {
         self.reading.settings().into_iter().flat_map(words).collect()
     }
 
-    /// `fit`, where the model is to be made, and `add` for each of `added`, with its source; none about what
-    /// came by standard input and is not there any more.
-    pub fn commands(&self, added: &[(&str, SourceKind)]) -> Vec<Words> {
+    /// `fit`, where the model is to be made, and `add` for each of `added`; none about what came by standard
+    /// input and is not there any more.
+    pub fn commands(&self, added: &[Addition]) -> Vec<Words> {
         let mut all = Vec::new();
         if self.files.iter().any(|file| is_standard_input(file)) {
             return all;
@@ -63,12 +73,13 @@ impl Making<'_> {
             fit.extend(self.model_words());
             all.push(fit);
         }
-        all.extend(added.iter().map(|(effect, source)| {
+        all.extend(added.iter().map(|Addition { effect, source, keep }| {
             let own = self.own.iter().find(|(own, _)| own.id() == *effect);
             let effect = own.map_or(*effect, |(_, file)| file.as_str());
             let mut add = ["yawrig", "add", effect].map(str::to_owned).to_vec();
             let is_said = *source != SourceKind::Mechanical;
             add.extend(is_said.then(|| Flags.name(source.name())));
+            add.extend(keep.then(|| Flags.name("keep")));
             add.extend(self.model_words());
             add
         }));
@@ -77,13 +88,22 @@ impl Making<'_> {
 
     /// The commands that make the model of `d`; none where nothing is to be done, or a model holds it not.
     pub fn of_diagnosis(&self, d: &Diagnosis, law_is_measured: bool) -> Vec<Words> {
-        let source = |e: &Effect| d.source.get(e.id()).copied().unwrap_or_default();
+        // What is not down to the noise was judged by pieces, or releases, and not by the later part.
+        let by_itself = d.status != Status::Explained;
+        let rises = |e: &Effect| {
+            d.steps.iter().any(|step| step.added.as_ref() == Some(e) && step.predicts_worse)
+        };
         // Those of the last model, which a constant moment beside zeros of the sensor is not in.
         let may_be = |e: &&Effect| !(e.is_random() || self.unknown_zero && e.moves_rest());
-        let mut added: Vec<(&str, SourceKind)> =
-            d.effects.iter().filter(may_be).map(|e| (e.id(), source(e))).collect();
+        let added = d.effects.iter().filter(may_be).map(|e| Addition {
+            effect: e.id(),
+            source: d.source.get(e.id()).copied().unwrap_or_default(),
+            keep: by_itself || rises(e),
+        });
+        let mut added: Vec<Addition> = added.collect();
         if d.status == Status::Unexplained && law_is_measured {
-            added = vec![(MEASURED_LAW, SourceKind::Mechanical)];
+            let source = SourceKind::Mechanical;
+            added = vec![Addition { effect: MEASURED_LAW, source, keep: by_itself }];
         }
         match added.is_empty() {
             true => Vec::new(),

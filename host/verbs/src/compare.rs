@@ -6,7 +6,7 @@ use super::common::{
 use super::model::{revised, summary, JudgeArgs, DEFAULT};
 use super::releases::ReleaseArg;
 use crate::answer::{Answer, Drawn, OfRecord};
-use crate::commands::{self, new_model, Making, Words};
+use crate::commands::{self, new_model, Addition, Making, Words};
 use clap::Args;
 use serde::Serialize;
 use serde_json::json;
@@ -20,6 +20,7 @@ use yawrig_core::record::{Measurand, Record};
 use yawrig_model::appraisal::Appraisal;
 use yawrig_model::comparison::{compare, compare_records, Compared, Comparison};
 use yawrig_model::document::is_model;
+use yawrig_model::journal::Residuals;
 use yawrig_model::revise::Revision;
 use yawrig_model::side_by_side::{side_by_side, Side};
 use yawrig_report::units::sized;
@@ -85,7 +86,7 @@ impl Compare {
             effects: self.effects.effects()?,
             unknown_zero: self.judge.unknown_zero,
         })?;
-        let commands = self.commands(model.as_deref(), &files)?;
+        let commands = self.commands(model.as_deref(), &files, &revision)?;
         if self.judge.json {
             let revision = revised(model.as_deref(), &revision);
             return print_json(&Object { revision, commands });
@@ -97,8 +98,13 @@ impl Compare {
         print_line(&text)
     }
 
-    /// Which make the model with the effects that were tried.
-    fn commands(&self, model: Option<&Path>, files: &[PathBuf]) -> Result<Vec<Words>> {
+    /// Which make the model with the effects that were tried, `found`.
+    fn commands(
+        &self,
+        model: Option<&Path>,
+        files: &[PathBuf],
+        found: &Revision,
+    ) -> Result<Vec<Words>> {
         let effects = self.effects.effects()?;
         let making = Making {
             files: if model.is_some() { &[] } else { files },
@@ -107,8 +113,17 @@ impl Compare {
             model: model.map_or_else(new_model, Path::to_owned),
             own: &self.effects.own_files()?,
         };
-        let added = effects.iter().map(|e| (e.id(), SourceKind::Mechanical));
-        let added: Vec<_> = added.collect();
+        let after = &found.appraisal.residuals;
+        let rises = |before: &Residuals| after.held_out_over_noise > before.held_out_over_noise;
+        let rises = found.before.as_ref().is_some_and(rises);
+        // What the first of several do alone is not known.
+        let is_last = |i: usize| i + 1 == effects.len();
+        let added = effects.iter().enumerate().map(|(i, e)| Addition {
+            effect: e.id(),
+            source: SourceKind::Mechanical,
+            keep: rises || !is_last(i),
+        });
+        let added: Vec<Addition> = added.collect();
         Ok(if added.is_empty() { Vec::new() } else { making.commands(&added) })
     }
 }

@@ -5,7 +5,7 @@ use super::model::amplitude_rows;
 use super::releases::ReleaseArg;
 use super::roll::{self, RollArgs};
 use crate::answer::Answer;
-use crate::commands::{self, new_model, Making, Words};
+use crate::commands::{self, new_model, Addition, Making, Words};
 use crate::flags::{self, Flags};
 use clap::Args;
 use serde_json::json;
@@ -100,7 +100,11 @@ impl Law {
         let unwritten = || found.files(&folder).into_iter().next().map(|file| file.path);
         let added = best.clone().or_else(unwritten);
         let added = added.map_or(MEASURED_LAW.to_owned(), |file| file.display().to_string());
-        let mut all = making.commands(&[(&added, SourceKind::Mechanical)]);
+        let mut all = making.commands(&[Addition {
+            effect: &added,
+            source: SourceKind::Mechanical,
+            keep: false,
+        }]);
         // The formulas' files, where they are not written yet.
         if best.is_none() && added != MEASURED_LAW && !all.is_empty() {
             let mut law = vec!["yawrig".to_owned(), "law".to_owned()];

@@ -153,7 +153,7 @@ fn models(
 }
 
 /// The models of `path` of a campaign without the effects that predict no release that was left out: where it is
-/// down to the noise, of those that no release's own answer names, else of all.
+/// down to the noise, of those that no release's own answer names or none knows from zero, else of all.
 fn predicting(
     rig: &Rig,
     together: &(dyn Fn(&ModelOfReleases) -> Result<Together> + Sync),
@@ -162,10 +162,17 @@ fn predicting(
     candidates: &mut [Candidate],
 ) -> Result<Vec<Together>> {
     let joint = &path.last().expect("a model").joint;
-    let named = match are_explained(&joint.fits, rig.decays) {
+    let mut named = match are_explained(&joint.fits, rig.decays) {
         true => judged.alone.named(),
         false => Vec::new(),
     };
+    // One of several releases names by chance what all of them know to be nothing.
+    let of_unknown_size = |fit: &Fitted| guards::of_unknown_size(fit, &[], guards::OF_NAMED);
+    let unknown: Vec<Vec<Effect>> = joint.fits.iter().map(of_unknown_size).collect();
+    named.retain(|effect| {
+        let mut each = joint.fits.iter().zip(&unknown);
+        each.any(|(fit, unknown)| fit.varied(effect).is_some() && !unknown.contains(effect))
+    });
     left_out(rig, together, judged, path, named, candidates)
 }
 
@@ -241,6 +248,7 @@ fn steps(
             residual_rms_deg: weighted_rms(raw),
             residual_over_noise: joint.over_noise(),
             held_out_over_noise: *held_out_over_noise,
+            predicts_worse: false,
             parameters: common.numbers(joint),
         });
     }
