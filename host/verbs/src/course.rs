@@ -28,7 +28,7 @@ impl Course {
         let motion = model.motion();
         let mut course = Self {
             state: motion.state(decay.grid.start_s),
-            own_units: model.structure.own_state_units(),
+            own_units: model.structure.own_state_units(decay.wind_speed_m_s),
             motion,
             zero_rad: model.sensor_zero_rad().map_or(0.0, |zero| zero.value),
             measurand: decay.measurand.clone(),

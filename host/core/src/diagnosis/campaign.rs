@@ -66,7 +66,11 @@ impl Campaign<'_> {
         found.steps.truncate(1);
         let explained = found.releases.iter().all(|r| r.explained);
         found.is_forced(explained, BTreeMap::from([(effect.first_name(), level)]), SECOND_ORDER);
-        found.add(&SharedEffect { effect, plan, source: Some(Source { origin, reason, seen }) });
+        found.add(&SharedEffect {
+            effect,
+            plan,
+            source: Some(Source { origin, reason, seen, grows: None }),
+        });
     }
 
     /// Where the effects come from, each release's condition, and the derivatives by the `plain` model and by
@@ -146,8 +150,8 @@ impl Diagnosis {
         }
         let id = effect.to_string();
         self.sharing.insert(id.clone(), plan.name);
-        let Some(Source { origin, reason, seen }) = source else { return };
-        let grows = GrowsAs::new(effect, seen);
+        let Some(Source { origin, reason, seen, grows }) = source else { return };
+        let grows = grows.or_else(|| GrowsAs::new(effect, seen));
         let taken = wind::source(effect, *origin, seen, grows);
         self.source.insert(id.clone(), taken);
         self.grows_as

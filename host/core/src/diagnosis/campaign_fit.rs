@@ -4,12 +4,13 @@ use crate::bic::{self, MARGIN};
 use crate::derivatives::campaign::Campaign as Made;
 use crate::derivatives::condition::{settings, Setting};
 use crate::diagnosis::answer::{Condition, HeldOut, FITTED_SHARE};
-use crate::diagnosis::origin::{self, Origin, Plan, Seen, OWN};
+use crate::diagnosis::origin::{self, Origin, Plan, Seen};
 use crate::diagnosis::releases::{predicted_over_noise, ModelOfReleases};
 use crate::diagnosis::several_fit::{
     finished, sharing, structure, whole, SharedEffect, Source, Together,
 };
-use crate::effects::Effect;
+use crate::diagnosis::wind::GrowsAs;
+use crate::effects::{self, Effect};
 use crate::error::Result;
 use crate::fit::fitting::{Fitted, Limit, Number, Structure};
 use crate::fit::free_decay::FreeDecay;
@@ -48,15 +49,15 @@ impl<'a> Campaign<'a> {
         let stop = &self.decays[0].stop;
         let structure = structure(model);
         // Each release once more, for the uncertainties of coefficients that ended at zero.
-        let start = |fit: &Fitted| fit.in_order_of(&structure);
-        let alone = self.each_alone(&structure, model.fits.iter().map(start));
+        let start = |fit: &Fitted| (&structure, fit.in_order_of(&structure));
+        let alone = self.each_alone(model.fits.iter().map(start));
         stop.check()?;
         let tied = self.tied(&alone, &structure);
         stop.check()?;
-        let fits: Vec<&Fitted> =
-            tied.as_ref().unwrap_or(&alone).iter().map(|j| &j.fits[0]).collect();
+        let (each, by_wind) = tied.as_ref().map_or((&alone, false), |(each, blown)| (each, *blown));
+        let fits: Vec<&Fitted> = each.iter().map(|j| &j.fits[0]).collect();
         let effective: f64 = fits.iter().map(|fit| fit.effective_count()).sum();
-        let attributed = |effect| self.attributed(effect, &fits, effective);
+        let attributed = |effect| self.attributed(effect, &fits, effective, by_wind);
         let mut shared: Vec<SharedEffect> = model.effects.iter().map(attributed).collect();
         let together = |shared: &[SharedEffect]| {
             let sharing = sharing(shared, (0..fits.len()).collect());
@@ -71,54 +72,162 @@ impl<'a> Campaign<'a> {
             joint.converged && lost < MARGIN
         };
         let mut joint = together(&shared);
-        // A line may have another frequency in each release where the rest has one coefficient in all.
-        for may_be_own in [has_more_than_a_size, |_: &Effect| true] {
+        let everywhere = Plan::of_all(Origin::Undecided, fits.iter().map(|_| true)).of_each();
+        // A line may have another frequency in each release where the rest has one coefficient in all; and what is
+        // little with the wind off may be needed there all the same.
+        type Wider<'a> = dyn Fn(&SharedEffect) -> Plan + 'a;
+        let line = |e: &SharedEffect| match has_more_than_a_size(&e.effect) {
+            true => e.plan.of_each(),
+            false => e.plan.clone(),
+        };
+        let wider: [&Wider; 3] = [&line, &|e| e.plan.of_each(), &|_| everywhere.clone()];
+        for plan in wider {
             stop.check()?;
-            let in_common = shared.iter_mut().filter(|e| e.plan.name != OWN);
-            let in_common: Vec<&mut SharedEffect> =
-                in_common.filter(|e| may_be_own(&e.effect)).collect();
-            if holds(&joint) || in_common.is_empty() {
+            let plans: Vec<Plan> = shared.iter().map(plan).collect();
+            let same = |(e, plan): (&SharedEffect, &Plan)| e.plan.groups == plan.groups;
+            if holds(&joint) || shared.iter().zip(&plans).all(same) {
                 continue;
             }
-            in_common.into_iter().for_each(|e| e.plan = e.plan.of_each());
+            for (e, plan) in shared.iter_mut().zip(plans) {
+                e.is_of(plan);
+            }
             joint = together(&shared);
         }
+        let grows: Vec<Option<GrowsAs>> =
+            (0..shared.len()).map(|k| self.grows(&joint, &shared, k, effective)).collect();
+        stop.check()?;
         let joint = finished(joint, self.decays);
+        for (shared, grows) in shared.iter_mut().zip(grows) {
+            if grows.is_some() {
+                shared.source = Some(self.source_of_shared(&joint, shared, grows));
+            }
+        }
         let held_out_over_noise = self.held_out_over_noise(&joint);
         Ok(Together { joint, shared, held_out_over_noise })
     }
 
-    fn each_alone(
+    /// Whether the numbers of the `k`th of the effects, which each wind speed has its own of in `joint`, go with the
+    /// speed by their dimension: by how much worse that fits.
+    fn grows(
         &self,
-        structure: &Structure,
-        starts: impl Iterator<Item = Vec<f64>>,
+        joint: &JointFit,
+        shared: &[SharedEffect],
+        k: usize,
+        effective: f64,
+    ) -> Option<GrowsAs> {
+        let SharedEffect { effect, plan, .. } = &shared[k];
+        let of_each_wind = Plan::of_each_wind(&self.made.release);
+        let reference_m_s =
+            self.made.release.iter().map(|r| r.wind_speed_m_s).find(|v| *v > 0.0)?;
+        if !has_more_than_a_size(effect) || plan.groups != of_each_wind.groups {
+            return None;
+        }
+        let mut structure = joint.structure.clone();
+        let place = structure.effects.iter().position(|e| e == effect)?;
+        let source = effects::Source::Aerodynamic { reference_m_s };
+        structure.effects[place] = effect.from_source(source)?;
+        let mut shared = shared.to_vec();
+        let is_on = self.decays.iter().map(|decay| decay.wind_speed_m_s > 0.0);
+        shared[k].plan = Plan::of_all(Origin::Aerodynamic, is_on);
+        let sharing = sharing(&shared, (0..self.decays.len()).collect());
+        let fits: Vec<&Fitted> = joint.fits.iter().collect();
+        let by_dimension = joint::fit_from(&whole(self.decays), &structure, &sharing, &fits);
+        let degrees = joint.parameters.len().saturating_sub(by_dimension.parameters.len());
+        let worse = bic::gain(by_dimension.sum_of_squares, joint.sum_of_squares, effective, 0.0);
+        let power = effect.wind_power(&[])?;
+        (degrees > 0).then(|| GrowsAs { power, chi_squared: worse.max(0.0), degrees })
+    }
+
+    /// As its numbers in common say it: each release by itself confuses a lag's size with its rate.
+    fn source_of_shared(
+        &self,
+        joint: &JointFit,
+        SharedEffect { effect, plan, source }: &SharedEffect,
+        grows: Option<GrowsAs>,
+    ) -> Source {
+        let known = |i: usize| {
+            let sharing = plan.groups.iter().filter(|group| **group == plan.groups[i]).count();
+            let known = joint.quantity(joint.place(effect, 0, i)?);
+            // Of the mean over all that share it the u is its own.
+            Some(Quantity::new(known.value, known.u * (sharing as f64).sqrt()))
+        };
+        let off = |i: usize| {
+            let here = Condition::new(&self.made.release[i]);
+            let same = |s: &&Seen| s.is_of(&here);
+            Some(source.as_ref()?.seen.iter().find(same)?.coefficient)
+        };
+        let seen = self.by_condition(|i| known(i).or_else(|| off(i)));
+        let (origin, reason) = origin::decide(&seen, &effect.parameters()[0].unit);
+        Source { origin, reason, seen, grows }
+    }
+
+    /// Each release by its structure, begun there.
+    fn each_alone<'b>(
+        &self,
+        starts: impl Iterator<Item = (&'b Structure, Vec<f64>)>,
     ) -> Vec<JointFit> {
-        let sharing = Sharing::none(1, structure.effects.len());
-        let fit = |(release, start): (Release, Vec<f64>)| {
+        let fit = |(release, (structure, start)): (Release, (&Structure, Vec<f64>))| {
+            let sharing = Sharing::none(1, structure.effects.len());
             joint::fit(&[release], structure, &sharing, &[start]).polished(&[release])
         };
         whole(self.decays).into_iter().zip(starts).par_map(fit).collect()
     }
 
-    /// The same with a line's frequency, or a stop's place, as most know it: where there is none, the size of
-    /// what fits the noise best says nothing. `None` where a release has another, or none knows it.
-    fn tied(&self, alone: &[JointFit], structure: &Structure) -> Option<Vec<JointFit>> {
-        let mut tied = structure.clone();
+    /// The same with a line's frequency, or a stop's place, as most know it, and whether that goes with the wind
+    /// by its dimension, as the rate of a wake does: where there is none, the size of what fits the noise best
+    /// says nothing. `None` where a release has another, or none knows it.
+    fn tied(&self, alone: &[JointFit], structure: &Structure) -> Option<(Vec<JointFit>, bool)> {
+        let blown =
+            |effect: &Effect| (1..effect.parameters().len()).any(|k| power(effect, k) != 0.0);
+        let is_on = self.decays.iter().any(|decay| decay.wind_speed_m_s > 0.0);
+        let may_be_blown = is_on && structure.effects.iter().any(blown);
+        let ways = [false, true].into_iter().filter(|by_wind| may_be_blown || !by_wind);
+        let ways =
+            ways.filter_map(|by_wind| Some((self.tied_by(alone, structure, by_wind)?, by_wind)));
+        let squares = |(each, _): &(Vec<JointFit>, bool)| -> f64 {
+            each.iter().map(|joint| joint.sum_of_squares).sum()
+        };
+        ways.min_by(|a, b| squares(a).total_cmp(&squares(b)))
+    }
+
+    fn tied_by(
+        &self,
+        alone: &[JointFit],
+        structure: &Structure,
+        by_wind: bool,
+    ) -> Option<Vec<JointFit>> {
+        let speed = |i: usize| self.decays[i].wind_speed_m_s;
+        let on = (0..alone.len()).map(speed).filter(|v| *v > 0.0);
+        let least_m_s = on.fold(f64::INFINITY, f64::min);
+        let mut tied = vec![structure.clone(); alone.len()];
         for effect in &structure.effects {
             let is_common = |k: &usize| !effect.belongs_to_release(*k);
             for number in (1..effect.parameters().len()).filter(is_common) {
-                let known = |fit: &JointFit| Some(fit.quantity(fit.place(effect, number, 0)?));
-                let known = alone.iter().filter_map(known).filter(Quantity::is_known);
-                let mut known: Vec<(f64, f64)> = known.map(|q| (q.value, q.u.powi(-2))).collect();
+                let power = if by_wind { power(effect, number) } else { 0.0 };
+                // With the wind off what goes with it is asked for as at its lowest speed, and says nothing.
+                let factor = |i: usize| match power != 0.0 {
+                    true => speed(i).max(least_m_s).powf(power),
+                    false => 1.0,
+                };
+                let known = |(i, fit): (usize, &JointFit)| {
+                    let says = power == 0.0 || speed(i) > 0.0;
+                    let known = fit.quantity(fit.place(effect, number, 0).filter(|_| says)?);
+                    let weight = (known.u / factor(i)).powi(-2);
+                    known.is_known().then(|| (known.value / factor(i), weight))
+                };
+                let mut known: Vec<(f64, f64)> =
+                    alone.iter().enumerate().filter_map(known).collect();
                 // None where no release knows it.
                 let value = Some(weighted_median(&mut known)).filter(|value| value.is_finite())?;
-                let number = Number::Of(effect.clone(), number);
-                tied.limits.push(Limit { number, low: value, high: value });
+                for (i, tied) in tied.iter_mut().enumerate() {
+                    let (number, value) = (Number::Of(effect.clone(), number), value * factor(i));
+                    tied.limits.push(Limit { number, low: value, high: value });
+                }
             }
         }
-        let fewer = tied.limits.len() - structure.limits.len();
-        let starts = alone.iter().map(|fit| fit.parameters.clone());
-        let tied = (fewer > 0).then(|| self.each_alone(&tied, starts))?;
+        let fewer = tied[0].limits.len() - structure.limits.len();
+        let starts = tied.iter().zip(alone.iter().map(|fit| fit.parameters.clone()));
+        let tied = (fewer > 0).then(|| self.each_alone(starts))?;
         let holds = |(tied, alone): (&JointFit, &JointFit)| {
             let n = alone.effective_count();
             bic::gain(tied.sum_of_squares, alone.sum_of_squares, n, fewer as f64) < MARGIN
@@ -126,7 +235,14 @@ impl<'a> Campaign<'a> {
         tied.iter().zip(alone).all(holds).then_some(tied)
     }
 
-    fn attributed(&self, effect: &Effect, fits: &[&Fitted], effective: f64) -> SharedEffect {
+    /// `by_wind`: its numbers beside the size go with the wind by their dimension.
+    fn attributed(
+        &self,
+        effect: &Effect,
+        fits: &[&Fitted],
+        effective: f64,
+        by_wind: bool,
+    ) -> SharedEffect {
         let seen = self.by_condition(|i| fits[i].coefficient(effect));
         let (origin, mut reason) = origin::decide(&seen, &effect.parameters()[0].unit);
         if effect.moves_rest() && origin == Origin::Undecided {
@@ -135,7 +251,10 @@ impl<'a> Campaign<'a> {
             );
         }
         let all = Plan::of_all(origin, self.decays.iter().map(|d| d.wind_speed_m_s > 0.0));
-        let plan = if has_more_than_a_size(effect) {
+        let goes_with_wind = (1..effect.parameters().len()).any(|k| power(effect, k) != 0.0);
+        let plan = if by_wind && goes_with_wind {
+            Plan::of_each_wind(&self.made.release)
+        } else if has_more_than_a_size(effect) {
             all
         } else if effect.belongs_to_release(0) {
             all.of_each()
@@ -147,7 +266,7 @@ impl<'a> Campaign<'a> {
             });
             origin::plan(origin, &own.collect::<Vec<_>>(), effective)
         };
-        let source = Some(Source { origin, reason, seen });
+        let source = Some(Source { origin, reason, seen, grows: None });
         SharedEffect { effect: effect.clone(), plan, source }
     }
 
@@ -181,6 +300,11 @@ impl<'a> Campaign<'a> {
         };
         predicted_over_noise(self.decays, joint, &[held], repeat_of)
     }
+}
+
+/// The power of the wind speed with which a number goes by its dimension where the air makes the effect.
+fn power(effect: &Effect, number: usize) -> f64 {
+    effect.wind_powers(&[]).and_then(|powers| powers.get(number).copied()).unwrap_or(0.0)
 }
 
 /// A frequency, a width: numbers that a size alone does not compare.

@@ -30,7 +30,7 @@ const THERE: f64 = 5.0;
 /// A relative difference as small as this is the same coefficient, however well both are known: the model of
 /// an effect is not exact.
 const SAME_STRENGTH: f64 = 0.10;
-/// Wind off, a coefficient that may be no larger than this share of the wind-on one is not there.
+/// Wind off, a coefficient that is not known to be there, and is smaller than this share of the wind-on one, is not.
 const ABSENT: f64 = 0.5;
 
 /// Where an effect comes from.
@@ -65,6 +65,12 @@ pub(super) struct Seen {
 impl Seen {
     pub(super) fn is_on(&self) -> bool {
         self.condition.wind_speed_m_s > 0.0
+    }
+    pub(super) fn is_of(&self, condition: &Condition) -> bool {
+        let (a, b) = (&self.condition, condition);
+        a.spring == b.spring
+            && a.axis == b.axis
+            && is_same_speed(a.wind_speed_m_s, b.wind_speed_m_s)
     }
     fn is_partner(&self, other: &Self) -> bool {
         let (a, b) = (&self.condition, &other.condition);
@@ -124,8 +130,7 @@ pub(super) fn decide(seen: &[Seen], unit: &str) -> (Origin, String) {
     let is_there = |q: Quantity| q.value.abs() > THERE * q.u;
     let both = format!("{off} {unit} with the wind off, {on} with it on");
     let least = off.value.abs() + 2.0 * off.u;
-    let is_absent = off.value.abs() <= CHANCE * off.u && least < ABSENT * on.value.abs()
-        || least < SAME_STRENGTH * on.value.abs();
+    let is_absent = !is_there(off) && least < ABSENT * on.value.abs();
     if is_absent && is_there(on) {
         return match growth(seen) {
             None => (Origin::Aerodynamic, format!("{both}; one wind speed: growth is not tested")),
@@ -190,6 +195,8 @@ pub(super) const OWN: &str = "each release its own";
 /// Those where all have one: of the rig, or of the wind.
 const ONE: &str = "one for all releases";
 const ONE_WIND_ON: &str = "one for all wind-on releases";
+/// Those where all at one wind speed have one.
+const EACH_SPEED_ON: &str = "one for each wind speed, none with it off";
 
 impl Plan {
     /// One for all releases, or of an aerodynamic effect for those with the wind on. What belongs to a
@@ -198,6 +205,26 @@ impl Plan {
         let aerodynamic = origin == Origin::Aerodynamic;
         let groups = is_on.map(|is_on| (is_on || !aerodynamic).then_some(0)).collect();
         Self { name: if aerodynamic { ONE_WIND_ON } else { ONE }, groups }
+    }
+
+    /// One for each wind speed and axis, none with the wind off.
+    pub(super) fn of_each_wind(releases: &[ReleaseEntry]) -> Self {
+        let mut firsts: Vec<&ReleaseEntry> = Vec::new();
+        let mut groups = Vec::new();
+        for release in releases {
+            let same = |first: &&ReleaseEntry| {
+                first.axis == release.axis
+                    && is_same_speed(first.wind_speed_m_s, release.wind_speed_m_s)
+            };
+            let known = firsts.iter().position(same);
+            groups.push((release.wind_speed_m_s > 0.0).then(|| {
+                known.unwrap_or_else(|| {
+                    firsts.push(release);
+                    firsts.len() - 1
+                })
+            }));
+        }
+        Self { name: EACH_SPEED_ON, groups }
     }
 
     /// The same releases with nothing in common.
@@ -218,7 +245,7 @@ pub(super) fn plan(origin: Origin, seen: &[Seen], effective: f64) -> Plan {
         ("one for each axis", "one for each axis with the wind on", |a, b| {
             a.condition.axis == b.condition.axis
         }),
-        ("one for each wind speed", "one for each wind speed, none with it off", Seen::is_as_fast),
+        ("one for each wind speed", EACH_SPEED_ON, Seen::is_as_fast),
         (
             "one for each spring and axis",
             "one for each spring and axis with the wind on",

@@ -21,7 +21,7 @@ use crate::fit::structure::{WN, ZETA};
 use crate::par_map::ParMap;
 use crate::quantity::{chi_squared, weighted_mean, Quantity};
 use crate::record::{same_measurand, Record};
-use crate::statistics::weighted_rms;
+use crate::statistics::{weighted_median, weighted_rms};
 use crate::stop::Stop;
 
 /// The free decays of `records`, with the wind speed of each.
@@ -193,7 +193,47 @@ impl Search<'_> {
             Ok(refitted(decay, &structure, &numbers))
         };
         let fits = self.plain.fits.iter().enumerate().par_map(one).collect::<Result<_>>()?;
-        Ok(ModelOfReleases { effects, fits })
+        let all = ModelOfReleases { effects, fits };
+        named.iter().try_fold(all, |model, effect| self.shown_by_others(model, effect))
+    }
+
+    /// `model`, each release that does not name `effect` begun, too, where those that do have ended: of a number
+    /// beside a size little is seen where the size is little.
+    fn shown_by_others(
+        &self,
+        mut model: ModelOfReleases,
+        effect: &Effect,
+    ) -> Result<ModelOfReleases> {
+        let names = |&i: &usize| {
+            let own = self.alone.of_release(i);
+            own.is_some_and(|answer| answer.diagnosis.effects.contains(effect))
+        };
+        let shown = (0..model.fits.len()).filter(names);
+        let shown: Vec<&[f64]> = shown.filter_map(|i| model.fits[i].varied(effect)).collect();
+        if effect.parameters().len() == 1 || shown.is_empty() {
+            return Ok(model);
+        }
+        let middle = |k: usize| {
+            let mut of_each: Vec<(f64, f64)> = shown.iter().map(|own| (own[k], 1.0)).collect();
+            weighted_median(&mut of_each)
+        };
+        let begin: Vec<(usize, f64)> = (0..shown[0].len())
+            .filter(|&k| !effect.belongs_to_release(k))
+            .map(|k| (k, middle(k)))
+            .collect();
+        let one = |(i, fit): (usize, &Fitted)| {
+            let decay = &self.decays[i];
+            decay.stop.check()?;
+            let Some(place) = fit.structure.place(effect).filter(|_| !names(&i)) else {
+                return Ok(fit.clone());
+            };
+            let mut start = fit.parameters.clone();
+            begin.iter().for_each(|(k, number)| start[place + k] = *number);
+            let other = refitted(decay, &fit.structure, &start);
+            Ok(if other.sum_of_squares < fit.sum_of_squares { other } else { fit.clone() })
+        };
+        model.fits = model.fits.iter().enumerate().par_map(one).collect::<Result<_>>()?;
+        Ok(model)
     }
 
     /// Without `effect`; from where a release's own answer is, where that is nearer.

@@ -10,6 +10,7 @@ use crate::diagnosis::releases::{predicted_over_noise, ModelOfReleases, ReleaseA
 use crate::diagnosis::survivors::{self, PredictedModel, Survivors};
 use crate::diagnosis::together::Releases;
 use crate::diagnosis::verdict::MAX_LEFT;
+use crate::diagnosis::wind::GrowsAs;
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::fitting::{fit_added, Fitted, Structure};
@@ -79,12 +80,26 @@ pub(super) struct SharedEffect {
     pub(super) source: Option<Source>,
 }
 
+impl SharedEffect {
+    /// Shared as `plan` says; one that turns out to be in the wind-off releases, too, is not the air's alone.
+    pub(super) fn is_of(&mut self, plan: Plan) {
+        let more = plan.groups.iter().flatten().count() > self.plan.groups.iter().flatten().count();
+        if let (Some(source), true) = (&mut self.source, more) {
+            source.origin = Origin::Undecided;
+            source.reason.push_str("; but the releases with the wind off need it, too");
+        }
+        self.plan = plan;
+    }
+}
+
 /// Where an effect comes from, why, and its coefficients from which that is decided.
 #[derive(Clone)]
 pub(super) struct Source {
     pub(super) origin: Origin,
     pub(super) reason: String,
     pub(super) seen: Vec<Seen>,
+    /// Where more than a size has to go with the wind.
+    pub(super) grows: Option<GrowsAs>,
 }
 
 /// A model of all releases at once.

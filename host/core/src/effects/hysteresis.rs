@@ -6,6 +6,7 @@ use crate::record::Called;
 use super::memory::Memory;
 use super::terms::Terms;
 use crate::quantity::Quantity;
+use std::borrow::Cow;
 
 pub(super) struct Hysteresis;
 
@@ -38,8 +39,8 @@ impl Law for Hysteresis {
     }
 
     fn equation(&self) -> Option<Equation<'_>> {
-        let states = vec![["z", "r - sign(r) * r * z / y"]];
-        Some(Equation::Remembered { moment: "-h * z", states })
+        let states = vec![["z", "r - sign(r) * r * z / y"].map(Cow::Borrowed)];
+        Some(Equation::Remembered { moment: "-h * z".into(), states })
     }
 
     fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {

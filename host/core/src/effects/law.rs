@@ -250,9 +250,9 @@ pub enum Equation<'a> {
     /// Added to b'', with states of its own.
     Remembered {
         /// The moment, of the states besides what all equations are of.
-        moment: &'a str,
+        moment: Cow<'a, str>,
         /// Name and rate of each.
-        states: Vec<[&'a str; 2]>,
+        states: Vec<[Cow<'a, str>; 2]>,
     },
 }
 

@@ -3,6 +3,7 @@
 use super::law::{Card, Equation, Law, Scale, Seen, SMALL};
 use super::terms::Terms;
 use crate::record::Called;
+use std::borrow::Cow;
 use std::sync::Arc;
 use yawrig_expression::{OwnEffect, OwnTerm, Parameter, Unit, Words};
 
@@ -82,10 +83,9 @@ impl Law for Arc<OwnEffect> {
     }
 
     /// Where its whole moment is in proportion to one parameter and it does not say itself how it goes with
-    /// the wind; a state may go with it by a parameter of its own.
+    /// the wind.
     fn wind_power(&self, _: &[f64]) -> Option<(usize, f64)> {
-        let place =
-            self.size_parameter().filter(|_| !self.uses_wind() && self.states.is_empty())?;
+        let place = self.size_parameter().filter(|_| !self.uses_wind())?;
         let unit = Unit::parse(&self.parameters[place].unit).ok()?;
         Some((place, 0.0 - unit.seconds()))
     }
@@ -100,8 +100,10 @@ impl Law for Arc<OwnEffect> {
         Some(match self.states.as_slice() {
             [] => Equation::moment(moment),
             states => {
-                let states = states.iter().map(|s| [s.name.as_str(), s.rate.as_str()]).collect();
-                Equation::Remembered { moment, states }
+                let states = states.iter();
+                let states =
+                    states.map(|s| [s.name.clone(), s.rate.clone()].map(Cow::Owned)).collect();
+                Equation::Remembered { moment: moment.into(), states }
             }
         })
     }

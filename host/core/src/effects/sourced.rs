@@ -2,7 +2,8 @@
 //!
 //! A moment over Izz that the air makes is the dynamic pressure times a dimensionless one, and an angle counts
 //! as such while a rate counts in V/l: a coefficient of the unit s^-p goes with V^p, of stiffness terms with the
-//! square of the speed, of terms in the rate with the speed, of `|r| r` with the wind being on.
+//! square of the speed, of terms in the rate with the speed, of `|r| r` with the wind being on; and so does each
+//! other number, the rate at which a wake is forgotten with the speed.
 
 use super::law::{Acts, Card, Equation, Law, RollTerm, Scale, Seen, Series};
 use super::terms::Terms;
@@ -13,7 +14,7 @@ use crate::record::Called;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::sync::Arc;
-use yawrig_expression::Parameter;
+use yawrig_expression::{Parameter, Unit};
 
 /// Where an effect's strength comes from.
 #[derive(Clone, Debug, PartialEq, Default)]
@@ -21,8 +22,8 @@ pub enum Source {
     /// The rig: it is the same whatever the wind.
     #[default]
     Mechanical,
-    /// The air: none with the wind off, and a power of the wind speed by its dimension. Its coefficient is
-    /// that at this speed, m/s.
+    /// The air: none with the wind off, and a power of the wind speed by its dimension. Its numbers are those at
+    /// this speed, m/s.
     Aerodynamic {
         /// Above zero.
         reference_m_s: f64,
@@ -140,6 +141,16 @@ impl Effect {
         self.bare().law().wind_power(users).map(|(_, power)| power)
     }
 
+    /// The same of each of its numbers.
+    pub(crate) fn wind_powers(&self, users: &[f64]) -> Option<Vec<f64>> {
+        let (strength, power) = self.bare().law().wind_power(users)?;
+        let of = |(k, p): (usize, &Parameter)| match Unit::parse(&p.unit) {
+            Ok(unit) if k != strength => 0.0 - unit.seconds(),
+            _ => power,
+        };
+        Some(self.bare().parameters().iter().enumerate().map(of).collect())
+    }
+
     /// Its dimensionless derivative where it has one with a name: a sum of powers of angle and of r l / V.
     /// The moment over Izz at unit dynamic pressure and lengths is the derivative times `sign` times the
     /// strength.
@@ -227,8 +238,10 @@ impl Sourced {
             if wind_speed_m_s <= 0.0 {
                 return None;
             }
-            let (_, power) = self.effect.law().wind_power(&inner)?;
-            inner[self.strength] *= (wind_speed_m_s / reference_m_s).powf(power);
+            let powers = self.effect.wind_powers(&inner)?;
+            for (number, power) in inner.iter_mut().zip(powers) {
+                *number *= (wind_speed_m_s / reference_m_s).powf(power);
+            }
         }
         Some(inner)
     }
@@ -238,9 +251,21 @@ impl Sourced {
         (0..self.parameters.len()).map(|number| inner[self.place(number)]).collect()
     }
 
+    /// `text` with each number but the strength as it is in the wind, in the language of own effects.
+    fn in_wind(&self, text: &str) -> String {
+        let Source::Aerodynamic { reference_m_s } = &self.source else { return text.to_owned() };
+        let powers = self.effect.wind_powers(&[]).unwrap_or_default();
+        let others = self.effect.parameters().iter().zip(powers).enumerate();
+        let others = others.filter(|(k, (_, power))| *k != self.strength && *power != 0.0);
+        others.fold(text.to_owned(), |text, (_, (p, power))| {
+            replaced(&text, &p.name, &format!("({} * (wind / {reference_m_s:?})^{power})", p.name))
+        })
+    }
+
     /// What the strength is multiplied with, or stands in its place, in the language of own effects.
     fn term(&self, text: &str) -> String {
         let name = &self.effect.parameters()[self.strength].name;
+        let text = &self.in_wind(text);
         match &self.source {
             Source::Mechanical => text.to_owned(),
             // By its dimension: a moment is what has none but 1/s2.
@@ -304,6 +329,15 @@ impl Law for Arc<Sourced> {
             Equation::Moment(text) => {
                 let terms: Vec<String> = text.lines().map(|line| self.term(line)).collect();
                 Some(Equation::Moment(terms.join("\n").into()))
+            }
+            Equation::Remembered { moment, states } => {
+                let rate = |[name, rate]: [Cow<str>; 2]| {
+                    [name.into_owned(), self.in_wind(&rate)].map(Cow::Owned)
+                };
+                Some(Equation::Remembered {
+                    moment: self.term(&moment).into(),
+                    states: states.into_iter().map(rate).collect(),
+                })
             }
             other => Some(other),
         }

@@ -65,6 +65,19 @@ fn each_wind_has_its_own_strength_and_the_rest_in_common() {
     assert_eq!(each.from_source(Source::Mechanical).unwrap().parameters().len(), 2);
 }
 
+/// Of a wake, size and rate by their dimensions, without wind nothing: in numbers and in the equation.
+#[test]
+fn a_lag_of_the_air_is_quicker_in_a_faster_wind() {
+    let lag = Effect::Own(yawrig_expression::ready_made("first_order_lag").unwrap());
+    assert_eq!(lag.wind_powers(&[]), Some(vec![2.0, 1.0]));
+    let blown = aerodynamic(&lag);
+    assert_eq!(blown.in_wind(&[4.0, 3.0], 20.0).unwrap().as_ref(), [16.0, 6.0]);
+    assert_eq!(blown.in_wind(&[4.0, 3.0], 0.0), None);
+    let Some(Equation::Remembered { moment, states }) = blown.equation() else { panic!() };
+    assert_eq!(moment, "sign(wind) * (wind / 10.0)^2 * (-a * x)");
+    assert_eq!(states, [["x", "r - (rate * (wind / 10.0)^1) * x"]]);
+}
+
 /// As text, too: the moment of the exported equation.
 #[test]
 fn its_equation_says_the_same() {

@@ -19,3 +19,4 @@ pub(crate) mod segments;
 pub(crate) mod starts;
 pub(crate) mod structure;
 pub mod two_modes;
+mod valley;

@@ -5,6 +5,7 @@ use crate::effects::Effect;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::layout::{Layout, Sharing};
 use crate::fit::structure::Structure;
+use crate::fit::valley;
 use crate::motion::simulate::{readings_of_all, Grid, Motion};
 use crate::par_map::ParMap;
 use crate::solver::{minimise, off_bounds, Fit, Options, Problem, Rows};
@@ -185,7 +186,7 @@ fn adapts_steps(structure: &Structure) -> bool {
 /// Whether a moment has states with equations of motion of their own. Once a model swings they change its
 /// frequency and damping as the spring and the damper do: a valley that takes twice the evaluations, and finer
 /// differences, to be followed to its bottom.
-fn has_states(structure: &Structure) -> bool {
+pub(crate) fn has_states(structure: &Structure) -> bool {
     structure.effects.iter().any(Effect::has_states)
 }
 
@@ -381,6 +382,10 @@ impl Problem for JointProblem<'_> {
         for (part, linearised) in self.parts.iter().zip(all) {
             add(part, linearised);
         }
+    }
+
+    fn bend(&self, from: &[f64], to: &mut [f64]) {
+        valley::bend(&self.parts, from, to);
     }
 
     fn bounds(&self, index: usize) -> (f64, f64) {

@@ -100,9 +100,10 @@ impl Structure {
         })
     }
 
-    /// The units of the states of own effects, in the order of a motion's state.
-    pub fn own_state_units(&self) -> Vec<String> {
-        self.effects.iter().flat_map(Effect::state_units).collect()
+    /// The units of the states of own effects that act at this wind speed, in the order of a motion's state.
+    pub fn own_state_units(&self, wind_speed_m_s: f64) -> Vec<String> {
+        let acting = self.effects.iter().filter(|effect| effect.acts_at(0, wind_speed_m_s));
+        acting.flat_map(Effect::state_units).collect()
     }
 
     /// Where the numbers of `effect` begin; none where the model has it not.

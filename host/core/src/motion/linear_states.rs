@@ -37,22 +37,32 @@ impl Linear {
         self.slopes.nrows() - 2
     }
 
+    /// What states `s` x add to the slopes of x, angle and rate.
+    fn by_states(&self, s: &DMatrix<f64>) -> Matrix2<f64> {
+        let by_states = self.slopes.view((0, 2), (2, self.count()));
+        (by_states * s).fixed_view::<2, 2>(0, 0).into_owned()
+    }
+
+    /// The states z = s x where x' = motion x: they obey states s + driven = s motion.
+    fn states_in(&self, motion: &Matrix2<f64>) -> Option<DMatrix<f64>> {
+        let k = self.count();
+        let block = |at, size| self.slopes.view(at, size).into_owned();
+        let (driven, states) = (block((2, 0), (k, 2)), block((2, 2), (k, k)));
+        let known = DMatrix::identity(2, 2).kronecker(&states)
+            - motion.transpose().kronecker(&DMatrix::identity(k, k));
+        let s = known.lu().solve(&DVector::from_column_slice((-&driven).as_slice()))?;
+        Some(DMatrix::from_column_slice(k, 2, s.as_slice()))
+    }
+
     /// The motion of a model that has swung for long. `None` where there is none.
     pub(super) fn slow(&self) -> Option<Slow> {
         let k = self.count();
         let rest = self.slopes.clone().lu().solve(&-&self.constant)?;
-        let block = |at, size| self.slopes.view(at, size).into_owned();
         let own = self.slopes.fixed_view::<2, 2>(0, 0).into_owned();
-        let by_states = block((0, 2), (2, k));
-        let (driven, states) = (block((2, 0), (k, 2)), block((2, 2), (k, k)));
-        // States z = s x, where x' = motion x, obey states s + driven = s motion.
         let mut s = DMatrix::zeros(k, 2);
         for _ in 0..ROUNDS {
-            let motion = own + (&by_states * &s).fixed_view::<2, 2>(0, 0);
-            let known = DMatrix::identity(2, 2).kronecker(&states)
-                - motion.transpose().kronecker(&DMatrix::identity(k, k));
-            let next = known.lu().solve(&DVector::from_column_slice((-&driven).as_slice()))?;
-            let next = DMatrix::from_column_slice(k, 2, next.as_slice());
+            let motion = own + self.by_states(&s);
+            let next = self.states_in(&motion)?;
             let moved = (&next - &s).amax();
             s = next;
             if moved <= SETTLED * s.amax() {
@@ -89,6 +99,29 @@ impl Linear {
         );
         let back = all.try_inverse()?;
         began(back * off, back, motion)
+    }
+}
+
+impl Motion {
+    /// By angle and by rate, the acceleration of a model that has swung for long: spring and damper with what linear
+    /// states of own effects add to them, 1/s2 and 1/s. `None` without any.
+    pub(crate) fn slow_slopes(&self) -> Option<[f64; 2]> {
+        let Slow { motion, .. } = Linear::new(self)?.slow()?;
+        Some([motion[(1, 0)], motion[(1, 1)]])
+    }
+
+    /// The natural frequency, rad/s, and damping ratio with which those are the [`Self::slow_slopes`].
+    pub(crate) fn of_slow_slopes(&self, [by_angle, by_rate]: [f64; 2]) -> Option<[f64; 2]> {
+        let linear = Linear::new(self)?;
+        let motion = Matrix2::new(0.0, 1.0, by_angle, by_rate);
+        let added = linear.by_states(&linear.states_in(&motion)?);
+        let (wn, zeta) = (self.natural_frequency_rad_s, self.damping_ratio);
+        let of_moment = [linear.slopes[(1, 0)] + wn * wn, linear.slopes[(1, 1)] + 2.0 * zeta * wn];
+        let square = of_moment[0] + added[(1, 0)] - by_angle;
+        let twice = of_moment[1] + added[(1, 1)] - by_rate;
+        let wn = square.sqrt();
+        let found = [wn, twice / (2.0 * wn)];
+        found.iter().all(|number| number.is_finite()).then_some(found)
     }
 }
 

@@ -61,6 +61,23 @@ fn states_go_with_the_motion() {
     }
 }
 
+/// Frequency and damping that are seen, of a model with a lag: the model's own come back from them, and
+/// those of one with another lag that has them, too.
+#[test]
+fn models_of_the_same_slow_motion_swing_alike() {
+    let lag = |c: f64, t: f64| motion(&[(own(LAG, "-c * z"), &[c, t])]);
+    let first = lag(3.0, 0.2);
+    let slow = first.slow_slopes().unwrap();
+    let [wn, zeta] = first.of_slow_slopes(slow).unwrap();
+    assert!((wn - 7.0).abs() < 1e-9 && (zeta - 0.05).abs() < 1e-10, "{wn} {zeta}");
+    let mut other = lag(5.0, 0.2);
+    [other.natural_frequency_rad_s, other.damping_ratio] = other.of_slow_slopes(slow).unwrap();
+    assert!((other.natural_frequency_rad_s - 7.0).abs() > 0.01);
+    let again = other.slow_slopes().unwrap();
+    assert!(again.iter().zip(slow).all(|(a, b)| (a - b).abs() < 1e-9 * b.abs()));
+    assert!(motion(&[]).slow_slopes().is_none());
+}
+
 /// Where the motion begins later on, its states are those it has where they are linear, and about those where not;
 /// within a cycle of the release exactly.
 #[test]

@@ -100,6 +100,10 @@ impl<P: Problem> Descent for Levenberg<'_, P> {
             return Attempt::Ended(Ended::SmallStep);
         }
         let taken = DVector::from_iterator(free.len(), free.iter().map(|&i| moved(i)));
+        self.problem.bend(&self.p, &mut self.trial);
+        for (i, value) in self.trial.iter_mut().enumerate() {
+            *value = clamp(self.problem, i, *value);
+        }
         Attempt::Promises(-(2.0 * g.dot(&taken) + taken.dot(&(a * &taken))))
     }
 

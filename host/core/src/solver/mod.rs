@@ -43,6 +43,8 @@ pub(crate) trait Problem {
     /// Streams every residual and its derivatives at `p` into `rows`. A residual that is not finite says
     /// that the model cannot be evaluated there, and the step is taken back.
     fn evaluate(&self, p: &[f64], rows: &mut dyn Rows);
+    /// Takes the end `to` of a step that is straight along a bent valley whose shape is known: to first order it stays.
+    fn bend(&self, _from: &[f64], _to: &mut [f64]) {}
     /// Smallest and largest value parameter `index` may take.
     fn bounds(&self, _index: usize) -> (f64, f64) {
         (f64::NEG_INFINITY, f64::INFINITY)

@@ -313,9 +313,9 @@ fn equations(dialect: &Dialect, effects: &[Effect]) -> Result<Equations> {
             }
             Some(Equation::Remembered { moment, states }) => {
                 moments += dialect.term;
-                moments += &write(Some(effect), moment)?;
+                moments += &write(Some(effect), &moment)?;
                 for [name, rate] in states {
-                    let rate = write(Some(effect), rate)?;
+                    let rate = write(Some(effect), &rate)?;
                     memory = Some(match effect.state_units().as_slice() {
                         [] => Memory {
                             is: format!("what {effect} remembers (rad)"),
