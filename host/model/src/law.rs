@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use yawrig_base::error::Result;
 use yawrig_base::files;
 use yawrig_base::interrupt;
+use yawrig_core::diagnosis::diagnose::MIN_GAIN;
 use yawrig_core::fit::at_amplitude::AtAmplitude;
 use yawrig_core::law::beside::{Beside, Kind};
 use yawrig_core::law::estimate::{Curve, Measured};
@@ -108,6 +109,12 @@ pub fn beside(
 }
 
 impl LawAnswer {
+    /// Whether the best formula predicts as well as the law as it was measured, but for a share that does not count.
+    pub fn has_name(&self) -> bool {
+        let least = (1.0 + MIN_GAIN) * self.measured.held_out_over_noise;
+        self.names.ranked.first().is_some_and(|best| best.held_out_over_noise <= least)
+    }
+
     /// The best formulas, in their order, as files of `folder`.
     pub fn files(&self, folder: &Path) -> Vec<File> {
         let best = self.names.ranked.iter().take(WRITTEN);

@@ -98,7 +98,7 @@ impl Law {
         let folder = PathBuf::from(FOLDER);
         let best = files.first().cloned();
         let unwritten = || found.files(&folder).into_iter().next().map(|file| file.path);
-        let added = best.clone().or_else(unwritten);
+        let added = best.clone().or_else(unwritten).filter(|_| found.has_name());
         let added = added.map_or(MEASURED_LAW.to_owned(), |file| file.display().to_string());
         let mut all = making.commands(&[Addition {
             effect: &added,
@@ -349,7 +349,11 @@ fn named(found: &LawAnswer, files: &[PathBuf], measure: &str) -> String {
     }
     if let Some(adding) = adding(found, files, measure) {
         let (formula, held_out) = (best.effect.card().formula, best.held_out_over_noise);
+        let measured = measured.held_out_over_noise;
         let _ = writeln!(out, "best formula, held out {held_out:.3}: {formula}");
+        if !found.has_name() {
+            let _ = writeln!(out, "{WORSE} (held out {measured:.3})");
+        }
         let _ = writeln!(out, "to take it into the model: {adding}");
         let _ = writeln!(out, "to take the law as it was measured: yawrig add measured_law");
     }
@@ -379,6 +383,9 @@ pub(super) fn in_short(found: &LawAnswer, files: &[PathBuf], measure: &str) -> O
     if let (Some(best), Some(adding)) = (names.ranked.first(), adding(found, files, measure)) {
         let (formula, held_out) = (best.effect.card().formula, best.held_out_over_noise);
         let _ = write!(out, "\n  best formula, held out {held_out:.3}: {formula}\n    {adding}");
+        if !found.has_name() {
+            let _ = write!(out, "\n  {WORSE}");
+        }
     }
     if let Some(alike) = found.alike() {
         let _ = write!(out, "\n  {alike}");
@@ -387,6 +394,8 @@ pub(super) fn in_short(found: &LawAnswer, files: &[PathBuf], measure: &str) -> O
     Some(out)
 }
 
+/// Said where the law as it was measured is to be taken.
+const WORSE: &str = "no formula predicts as well as the law as it was measured";
 /// The folder that a printed command names.
 const FOLDER: &str = "found";
 /// Every so many points of a table are printed, and so many names.

@@ -68,6 +68,25 @@ fn a_law_is_measured_named_and_its_file_can_be_added() {
     assert!(number(&added["residual_over_noise"]) < 1.1, "{added}");
 }
 
+/// A ripple in the angle, of which no formula is: the commands take the curve, not the formula that is nearest.
+#[test]
+fn where_no_formula_is_as_near_the_law_is_taken_as_it_was_measured() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = "id = \"ripple\"\ntitle = \"x\"\nmoment = \"-h * sin(n * b)\"\n[parameters]\n\
+        h = { unit = \"rad/s2\", start = 0.1 }\nn = { unit = \"1\", start = 50.0 }\n";
+    std::fs::write(folder.path().join("ripple.toml"), text).expect("room for it");
+    let run = |arguments: &str| yawrig(arguments).in_folder(folder.path()).run().exits(0);
+    run("simulate --natural-frequency 7 --damping 0.004 --out r.csv --seed 3 --effect ripple.toml:h=0.15,n=60");
+    let found = run("law r.csv --json").json();
+    assert!(number(&found["residual_over_noise"]) < 1.1, "{}", found["residual_over_noise"]);
+    let best = number(&found["names"][0]["held_out_over_noise"]);
+    assert!(best > 1.5 * number(&found["held_out_over_noise"]), "{best}");
+    let last = serde_json::json!(["yawrig", "add", "measured_law"]);
+    assert_eq!(found["commands"].as_array().and_then(|c| c.last()), Some(&last));
+    let said = run("law r.csv").stdout;
+    assert!(said.contains("no formula predicts as well as the law as it was measured"), "{said}");
+}
+
 #[test]
 fn a_measured_law_is_added_kept_in_the_file_and_removed() {
     let bench = Bench::new();
