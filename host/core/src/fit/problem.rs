@@ -4,7 +4,7 @@ use crate::discrepancy::{self, Discrepancy, Left, Observed};
 use crate::effects::Effect;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::layout::{Layout, Sharing};
-use crate::fit::structure::Structure;
+use crate::fit::structure::{Structure, WN, ZETA};
 use crate::fit::valley;
 use crate::motion::simulate::{readings_of_all, Grid, Motion};
 use crate::par_map::ParMap;
@@ -186,7 +186,7 @@ fn adapts_steps(structure: &Structure) -> bool {
 /// Whether a moment has states with equations of motion of their own. Once a model swings they change its
 /// frequency and damping as the spring and the damper do: a valley that takes twice the evaluations, and finer
 /// differences, to be followed to its bottom.
-pub(crate) fn has_states(structure: &Structure) -> bool {
+fn has_states(structure: &Structure) -> bool {
     structure.effects.iter().any(Effect::has_states)
 }
 
@@ -385,7 +385,21 @@ impl Problem for JointProblem<'_> {
     }
 
     fn bend(&self, from: &[f64], to: &mut [f64]) {
-        valley::bend(&self.parts, from, to);
+        let mut done = Vec::new();
+        for part in self.parts.iter().filter(|part| has_states(&part.structure)) {
+            let [wn, zeta] = [WN, ZETA].map(|number| part.places[number]);
+            if done.contains(&wn) || ![WN, ZETA].iter().all(|number| part.free.contains(number)) {
+                continue;
+            }
+            done.push(wn);
+            let at = |share: f64| {
+                let number = |&k: &usize| from[k] + share * (to[k] - from[k]);
+                part.motion(&part.places.iter().map(number).collect::<Vec<_>>()).0
+            };
+            if let Some(end) = valley::end(at) {
+                [to[wn], to[zeta]] = end;
+            }
+        }
     }
 
     fn bounds(&self, index: usize) -> (f64, f64) {
