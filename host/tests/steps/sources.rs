@@ -286,4 +286,7 @@ fn a_wake_s_lag_is_of_the_air_size_and_rate() {
         let out = yawrig(folder, &["export", "model.toml", "--to", language, "--out", out]);
         assert!(out.status.success(), "{language}: {}", String::from_utf8_lossy(&out.stderr));
     }
+    // A release without wind remembers nothing, and begins with that.
+    let program = std::fs::read_to_string(folder.join("model.py")).unwrap();
+    assert_eq!(program.matches("\"z\": ").count(), 6, "one for each release");
 }

@@ -351,10 +351,10 @@ fn named(found: &LawAnswer, files: &[PathBuf], measure: &str) -> String {
         let (formula, held_out) = (best.effect.card().formula, best.held_out_over_noise);
         let measured = measured.held_out_over_noise;
         let _ = writeln!(out, "best formula, held out {held_out:.3}: {formula}");
+        let _ = writeln!(out, "to take it into the model: {adding}");
         if !found.has_name() {
             let _ = writeln!(out, "{WORSE} (held out {measured:.3})");
         }
-        let _ = writeln!(out, "to take it into the model: {adding}");
         let _ = writeln!(out, "to take the law as it was measured: yawrig add measured_law");
     }
     out

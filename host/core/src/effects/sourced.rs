@@ -258,7 +258,10 @@ impl Sourced {
         let others = self.effect.parameters().iter().zip(powers).enumerate();
         let others = others.filter(|(k, (_, power))| *k != self.strength && *power != 0.0);
         others.fold(text.to_owned(), |text, (_, (p, power))| {
-            replaced(&text, &p.name, &format!("({} * (wind / {reference_m_s:?})^{power})", p.name))
+            // With the wind off the moment is none, whatever this is; but it has to be a number.
+            let wind = if power < 0.0 { "(wind + 1 - sign(wind))" } else { "wind" };
+            let by = format!("({} * ({wind} / {reference_m_s:?})^{power})", p.name);
+            replaced(&text, &p.name, &by)
         })
     }
 

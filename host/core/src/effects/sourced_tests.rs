@@ -76,6 +76,22 @@ fn a_lag_of_the_air_is_quicker_in_a_faster_wind() {
     let Some(Equation::Remembered { moment, states }) = blown.equation() else { panic!() };
     assert_eq!(moment, "sign(wind) * (wind / 10.0)^2 * (-a * x)");
     assert_eq!(states, [["x", "r - (rate * (wind / 10.0)^1) * x"]]);
+    // One that is written with a time; and what is in no proportion to its strength, as that is in the rate, too.
+    let late = |rate: &str| {
+        let text = format!(
+            "id = \"late\"\ntitle = \"x\"\nmoment = \"-c * z\"\n[[state]]\nname = \"z\"\nunit = \"rad/s\"\n\
+             rate = \"{rate}\"\n[parameters]\nc = {{ unit = \"1/s\", start = 0.5, min = 0.0 }}\n\
+             T = {{ unit = \"s\", start = 0.1, min = 0.001 }}\n"
+        );
+        Effect::Own(Arc::new(
+            yawrig_expression::from_text("late.toml".as_ref(), &text, &[]).unwrap(),
+        ))
+    };
+    let timed = aerodynamic(&late("(r - z) / T"));
+    let Some(Equation::Remembered { states, .. }) = timed.equation() else { panic!() };
+    assert_eq!(states[0][1], "(r - z) / (T * ((wind + 1 - sign(wind)) / 10.0)^-1)");
+    let source = Source::Aerodynamic { reference_m_s: 10.0 };
+    assert!(late("(r - z) / T - c * z").from_source(source).is_none());
 }
 
 /// As text, too: the moment of the exported equation.

@@ -158,8 +158,10 @@ impl Dialect {
         ];
         let motion = release.fit.motion();
         // Behind angle and rate: there is one at most.
-        if let [_, _, z] = motion.state(grid.start_s)[..] {
-            fields.insert(fields.len() - 2, (memory.map_or("z", |m| m.field), self.value(z)));
+        if let Some(memory) = memory {
+            // Of what is not there in this wind nothing is remembered.
+            let z = motion.state(grid.start_s).get(2).copied().unwrap_or(0.0);
+            fields.insert(fields.len() - 2, (memory.field, self.value(z)));
         }
         let mut out = String::new();
         for (name, value) in fields {
