@@ -43,7 +43,7 @@ impl Campaign<'_> {
         let limited = |q: Quantity| Quantity::new(q.value, q.u.min(3.0 * q.value));
         let intensity: Vec<Quantity> = forcing.iter().map(|f| limited(f.intensity)).collect();
         let seen = self.by_condition(|i| Some(intensity[i]));
-        let (origin, reason) = origin::decide(&seen, &effect.parameters()[0].unit);
+        let (origin, reason) = origin::decide(&effect, &seen);
         let plan = Plan::of_all(origin, forcing.iter().map(|_| true)).of_each();
         let each = found.releases.iter_mut().zip(self.decays);
         for ((release, decay), (forcing, q)) in each.zip(forcing.iter().zip(&intensity)) {

@@ -52,17 +52,27 @@ impl<'a> Campaign<'a> {
         let start = |fit: &Fitted| (&structure, fit.in_order_of(&structure));
         let alone = self.each_alone(model.fits.iter().map(start));
         stop.check()?;
-        let tied = self.tied(&alone, &structure);
+        let ways = self.ways(&alone, &structure);
         stop.check()?;
-        let (each, by_wind) = tied.as_ref().map_or((&alone, false), |(each, blown)| (each, *blown));
-        let fits: Vec<&Fitted> = each.iter().map(|j| &j.fits[0]).collect();
-        let effective: f64 = fits.iter().map(|fit| fit.effective_count()).sum();
-        let attributed = |effect| self.attributed(effect, &fits, effective, by_wind);
-        let mut shared: Vec<SharedEffect> = model.effects.iter().map(attributed).collect();
-        let together = |shared: &[SharedEffect]| {
+        let effective: f64 = alone.iter().map(JointFit::effective_count).sum();
+        let together = |shared: &[SharedEffect], fits: &[&Fitted]| {
             let sharing = sharing(shared, (0..fits.len()).collect());
-            joint::fit_from(&whole(self.decays), &structure, &sharing, &fits)
+            joint::fit_from(&whole(self.decays), &structure, &sharing, fits)
         };
+        let begun = ways.iter().map(|(each, by_wind)| {
+            let fits: Vec<&Fitted> = each.iter().map(|joint| &joint.fits[0]).collect();
+            let attributed = |effect| self.attributed(effect, &fits, effective, *by_wind);
+            let shared: Vec<SharedEffect> = model.effects.iter().map(attributed).collect();
+            (together(&shared, &fits), shared, fits)
+        });
+        let better = |a: (JointFit, _, _), b: (JointFit, _, _)| {
+            if b.0.bic().gain_over(&a.0.bic()) > 0.0 {
+                b
+            } else {
+                a
+            }
+        };
+        let (mut joint, mut shared, fits) = begun.reduce(better).expect("one way at least");
         // What is shared is chosen on the coefficients alone; whether it holds is tried on the releases.
         let squares: f64 = alone.iter().map(|joint| joint.sum_of_squares).sum();
         let numbers: usize = alone.iter().map(|joint| joint.parameters.len()).sum();
@@ -71,7 +81,6 @@ impl<'a> Campaign<'a> {
             let lost = bic::gain(joint.sum_of_squares, squares, effective, fewer);
             joint.converged && lost < MARGIN
         };
-        let mut joint = together(&shared);
         let everywhere = Plan::of_all(Origin::Undecided, fits.iter().map(|_| true)).of_each();
         // A line may have another frequency in each release where the rest has one coefficient in all; and what is
         // little with the wind off may be needed there all the same.
@@ -91,7 +100,7 @@ impl<'a> Campaign<'a> {
             for (e, plan) in shared.iter_mut().zip(plans) {
                 e.is_of(plan);
             }
-            joint = together(&shared);
+            joint = together(&shared, &fits);
         }
         let grows: Vec<Option<GrowsAs>> =
             (0..shared.len()).map(|k| self.grows(&joint, &shared, k, effective)).collect();
@@ -122,6 +131,7 @@ impl<'a> Campaign<'a> {
         if !has_more_than_a_size(effect) || plan.groups != of_each_wind.groups {
             return None;
         }
+        let powers = effect.wind_powers(&[])?;
         let mut structure = joint.structure.clone();
         let place = structure.effects.iter().position(|e| e == effect)?;
         let source = effects::Source::Aerodynamic { reference_m_s };
@@ -130,12 +140,20 @@ impl<'a> Campaign<'a> {
         let is_on = self.decays.iter().map(|decay| decay.wind_speed_m_s > 0.0);
         shared[k].plan = Plan::of_all(Origin::Aerodynamic, is_on);
         let sharing = sharing(&shared, (0..self.decays.len()).collect());
-        let fits: Vec<&Fitted> = joint.fits.iter().collect();
-        let by_dimension = joint::fit_from(&whole(self.decays), &structure, &sharing, &fits);
+        let start = |(i, fit): (usize, &Fitted)| {
+            let mut p = fit.in_order_of(&fit.structure);
+            let ratio = self.decays[i].wind_speed_m_s / reference_m_s;
+            if let Some(at) = fit.structure.place(effect) {
+                powers.iter().zip(&mut p[at..]).for_each(|(power, p)| *p /= ratio.powf(*power));
+            }
+            p
+        };
+        let starts: Vec<Vec<f64>> = joint.fits.iter().enumerate().map(start).collect();
+        let by_dimension =
+            joint::fit_or_lengthened(&whole(self.decays), &structure, &sharing, starts);
         let degrees = joint.parameters.len().saturating_sub(by_dimension.parameters.len());
         let worse = bic::gain(by_dimension.sum_of_squares, joint.sum_of_squares, effective, 0.0);
-        let power = effect.wind_power(&[])?;
-        (degrees > 0).then(|| GrowsAs { power, chi_squared: worse.max(0.0), degrees })
+        (degrees > 0).then(|| GrowsAs { power: powers[0], chi_squared: worse.max(0.0), degrees })
     }
 
     /// As its numbers in common say it: each release by itself confuses a lag's size with its rate.
@@ -157,7 +175,7 @@ impl<'a> Campaign<'a> {
             Some(source.as_ref()?.seen.iter().find(same)?.coefficient)
         };
         let seen = self.by_condition(|i| known(i).or_else(|| off(i)));
-        let (origin, reason) = origin::decide(&seen, &effect.parameters()[0].unit);
+        let (origin, reason) = origin::decide(effect, &seen);
         Source { origin, reason, seen, grows }
     }
 
@@ -173,21 +191,22 @@ impl<'a> Campaign<'a> {
         whole(self.decays).into_iter().zip(starts).par_map(fit).collect()
     }
 
-    /// The same with a line's frequency, or a stop's place, as most know it, and whether that goes with the wind
-    /// by its dimension, as the rate of a wake does: where there is none, the size of what fits the noise best
-    /// says nothing. `None` where a release has another, or none knows it.
-    fn tied(&self, alone: &[JointFit], structure: &Structure) -> Option<(Vec<JointFit>, bool)> {
+    /// The releases' own fits with a line's frequency, or a stop's place, as most know it: as it is, and where it
+    /// may go with the wind by its dimension, as the rate of a wake does, that way (`true`). Without wind, the
+    /// size of what fits the noise best says nothing. `alone` where a release has another, or none knows it.
+    fn ways(&self, alone: &[JointFit], structure: &Structure) -> Vec<(Vec<JointFit>, bool)> {
         let blown =
             |effect: &Effect| (1..effect.parameters().len()).any(|k| power(effect, k) != 0.0);
         let is_on = self.decays.iter().any(|decay| decay.wind_speed_m_s > 0.0);
         let may_be_blown = is_on && structure.effects.iter().any(blown);
         let ways = [false, true].into_iter().filter(|by_wind| may_be_blown || !by_wind);
-        let ways =
-            ways.filter_map(|by_wind| Some((self.tied_by(alone, structure, by_wind)?, by_wind)));
-        let squares = |(each, _): &(Vec<JointFit>, bool)| -> f64 {
-            each.iter().map(|joint| joint.sum_of_squares).sum()
-        };
-        ways.min_by(|a, b| squares(a).total_cmp(&squares(b)))
+        let tied = |by_wind| Some((self.tied_by(alone, structure, by_wind)?, by_wind));
+        let tied: Vec<_> = ways.filter_map(tied).collect();
+        if tied.is_empty() {
+            vec![(alone.to_vec(), false)]
+        } else {
+            tied
+        }
     }
 
     fn tied_by(
@@ -244,7 +263,7 @@ impl<'a> Campaign<'a> {
         by_wind: bool,
     ) -> SharedEffect {
         let seen = self.by_condition(|i| fits[i].coefficient(effect));
-        let (origin, mut reason) = origin::decide(&seen, &effect.parameters()[0].unit);
+        let (origin, mut reason) = origin::decide(effect, &seen);
         if effect.moves_rest() && origin == Origin::Undecided {
             reason.push_str(
                 "; a sensor that was not zeroed shows as a moment that changes with the stiffness: fit with an unknown zero",

@@ -2,6 +2,7 @@
 
 use crate::derivatives::campaign::ReleaseEntry;
 use crate::derivatives::condition::is_same_speed;
+use crate::effects::Effect;
 use crate::quantity::{chi_squared, weighted_mean, Quantity, CHANCE};
 use serde::Serialize;
 use std::fmt;
@@ -39,7 +40,7 @@ const ABSENT: f64 = 0.5;
 pub enum Origin {
     /// There with the wind off, and the same with it on.
     Mechanical,
-    /// Not there with the wind off, there with it on, and growing with its speed where there are several.
+    /// Not there with the wind off, there with it on, and at several speeds growing, or as its dimension asks.
     Aerodynamic,
     /// Neither shows.
     Undecided,
@@ -115,8 +116,9 @@ fn paired(seen: &[Seen]) -> Option<[Quantity; 3]> {
     (!pairs.is_empty()).then(|| [off, on, Quantity::new(value, u)])
 }
 
-/// Where an effect with these coefficients comes from, and why.
-pub(super) fn decide(seen: &[Seen], unit: &str) -> (Origin, String) {
+/// Where `effect` with these coefficients comes from, and why.
+pub(super) fn decide(effect: &Effect, seen: &[Seen]) -> (Origin, String) {
+    let unit = &effect.parameters()[0].unit;
     let undecided = |why: String| (Origin::Undecided, why);
     if seen.iter().all(|s| s.is_on()) {
         return undecided("there is no release with the wind off".into());
@@ -132,13 +134,17 @@ pub(super) fn decide(seen: &[Seen], unit: &str) -> (Origin, String) {
     let least = off.value.abs() + 2.0 * off.u;
     let is_absent = !is_there(off) && least < ABSENT * on.value.abs();
     if is_absent && is_there(on) {
-        return match growth(seen) {
+        return match growth(effect, seen) {
             None => (Origin::Aerodynamic, format!("{both}; one wind speed: growth is not tested")),
-            Some((true, growth)) => {
-                (Origin::Aerodynamic, format!("{both}; it grows with speed: {growth}"))
+            Some(Growth { grows: true, words, .. }) => {
+                (Origin::Aerodynamic, format!("{both}; it grows with speed: {words}"))
             }
-            Some((false, growth)) => {
-                undecided(format!("{both}; but it does not grow with speed: {growth}"))
+            Some(Growth { by_dimension: true, words, .. }) => {
+                let goes = "within its uncertainty it goes with speed as its dimension asks";
+                (Origin::Aerodynamic, format!("{both}; {goes}: {words}"))
+            }
+            Some(Growth { words, .. }) => {
+                undecided(format!("{both}; but it does not grow with speed: {words}"))
             }
         };
     }
@@ -159,9 +165,17 @@ pub(super) fn changes_with_wind(seen: &[Seen]) -> bool {
     })
 }
 
-/// Whether the coefficient grows from the lowest to the highest wind speed, and both in words. Over the
-/// springs and axes released at several speeds; `None` without one.
-fn growth(seen: &[Seen]) -> Option<(bool, String)> {
+/// A coefficient from the lowest to the highest wind speed.
+struct Growth {
+    /// Whether it is known to grow.
+    grows: bool,
+    /// Whether it may go with the power of the speed that its dimension asks for.
+    by_dimension: bool,
+    words: String,
+}
+
+/// Over the springs and axes released at several speeds; `None` without one.
+fn growth(effect: &Effect, seen: &[Seen]) -> Option<Growth> {
     let several = |s: &&Seen| {
         let other = |o: &Seen| o.is_on() && o.is_partner(s) && !o.is_as_fast(s);
         s.is_on() && seen.iter().any(other)
@@ -178,7 +192,11 @@ fn growth(seen: &[Seen]) -> Option<(bool, String)> {
     let grown = fast.value.abs() - slow.value.abs();
     let one_sign = fast.value * slow.value >= 0.0 || slow.value.abs() < CHANCE * slow.u;
     let grows = grown > CHANCE * fast.u.hypot(slow.u) && one_sign;
-    Some((grows, format!("{slow} at {slow_m_s:.3} m/s, {fast} at {fast_m_s:.3} m/s")))
+    let asked = effect.wind_power(&[]).map_or(f64::NAN, |p| (fast_m_s / slow_m_s).powf(p));
+    let off_it = (fast.value - asked * slow.value).abs();
+    let by_dimension = off_it <= CHANCE * fast.u.hypot(asked * slow.u);
+    let words = format!("{slow} at {slow_m_s:.3} m/s, {fast} at {fast_m_s:.3} m/s");
+    Some(Growth { grows, by_dimension, words })
 }
 
 /// Which releases have one coefficient.
@@ -314,7 +332,7 @@ mod tests {
 
     #[test]
     fn each_origin_is_recognised_by_its_own_sign() {
-        let origin = |seen: &[Seen]| decide(seen, "rad/s2").0;
+        let origin = |seen: &[Seen]| decide(&Effect::CubicStiffness, seen).0;
         assert_eq!(origin(&campaign(0.1, 0.1, 0.1, 0.002)), Origin::Mechanical);
         assert_eq!(origin(&campaign(0.0, 0.1, 0.14, 0.002)), Origin::Aerodynamic);
         let one_speed: Vec<Seen> = campaign(0.0, 0.1, 0.0, 0.002)
@@ -322,6 +340,8 @@ mod tests {
             .filter(|s| s.condition.wind_speed_m_s < 14.0)
             .collect();
         assert_eq!(origin(&one_speed), Origin::Aerodynamic);
+        // Growing as its dimension asks, though not known to grow at all.
+        assert_eq!(origin(&campaign(0.0, 0.1, 0.14, 0.019)), Origin::Aerodynamic);
         // Not growing; in both but changed; too uncertain; off only; on only; never on one spring.
         assert_eq!(origin(&campaign(0.0, 0.1, 0.1, 0.002)), Origin::Undecided);
         assert_eq!(origin(&campaign(0.1, 0.15, 0.2, 0.002)), Origin::Undecided);
@@ -335,8 +355,14 @@ mod tests {
 
     #[test]
     fn a_negative_coefficient_is_judged_alike() {
-        assert_eq!(decide(&campaign(-0.1, -0.1, -0.1, 0.002), "").0, Origin::Mechanical);
-        assert_eq!(decide(&campaign(0.0, -0.1, -0.14, 0.002), "").0, Origin::Aerodynamic);
+        assert_eq!(
+            decide(&Effect::CubicStiffness, &campaign(-0.1, -0.1, -0.1, 0.002)).0,
+            Origin::Mechanical
+        );
+        assert_eq!(
+            decide(&Effect::CubicStiffness, &campaign(0.0, -0.1, -0.14, 0.002)).0,
+            Origin::Aerodynamic
+        );
     }
 
     #[test]

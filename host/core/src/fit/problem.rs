@@ -285,9 +285,31 @@ impl<'a> JointProblem<'a> {
         Self { parts, layout, bounds }
     }
 
+    /// Where to begin: what releases share at their median, each number inside its bounds. States that come to other
+    /// numbers that way change frequency and damping; those that each release had stay.
+    pub(crate) fn gathered(&self, starts: &[Vec<f64>]) -> Vec<f64> {
+        let mut all = self.medians(starts);
+        for (value, (low, high)) in all.iter_mut().zip(&self.bounds) {
+            *value = value.max(*low).min(*high);
+        }
+        if !self.parts.iter().any(|part| has_states(&part.structure)) {
+            return all;
+        }
+        let kept = |(part, start): (&Part, &Vec<f64>)| {
+            let mut kept = start.clone();
+            let there: Vec<f64> = part.places.iter().map(|&at| all[at]).collect();
+            let seen = part.motion(start).0.slow_slopes();
+            if let Some(own) = seen.and_then(|seen| part.motion(&there).0.of_slow_slopes(seen)) {
+                [kept[WN], kept[ZETA]] = own;
+            }
+            kept
+        };
+        self.medians(&self.parts.iter().zip(starts).map(kept).collect::<Vec<_>>())
+    }
+
     /// The median of each number over the releases that share it: one that is in another minimum draws no
     /// mean aside. What acts in the wind of some counts there alone.
-    pub(crate) fn gathered(&self, starts: &[Vec<f64>]) -> Vec<f64> {
+    fn medians(&self, starts: &[Vec<f64>]) -> Vec<f64> {
         let gathered = |acting: bool| {
             let mut all: Vec<Vec<f64>> = vec![Vec::new(); self.layout.count()];
             for (part, start) in self.parts.iter().zip(starts) {
