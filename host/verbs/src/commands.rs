@@ -91,7 +91,10 @@ impl Making<'_> {
         // What is not down to the noise was judged by pieces, or releases, and not by the later part.
         let by_itself = d.status != Status::Explained;
         let rises = |e: &Effect| {
-            d.steps.iter().any(|step| step.added.as_ref() == Some(e) && step.predicts_worse)
+            // Of a step that predicts worse stands what the one before it leaves.
+            let steps = d.steps.windows(2);
+            let mut worse = steps.filter(|w| w[1].held_out_over_noise >= w[0].held_out_over_noise);
+            worse.any(|w| w[1].added.as_ref() == Some(e))
         };
         // Those of the last model, which a constant moment beside zeros of the sensor is not in.
         let may_be = |e: &&Effect| !(e.is_random() || self.unknown_zero && e.moves_rest());

@@ -350,9 +350,6 @@ pub struct Step {
     pub residual_over_noise: f64,
     /// On parts of the record that were not fitted; by a smaller model on the way where that predicts better.
     pub held_out_over_noise: f64,
-    /// Whether that is by a smaller one: with `added` alone it is more.
-    #[serde(skip)]
-    pub predicts_worse: bool,
     /// `effect.name` and its value with u, in the units that [`Effect::parameters`] states.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub parameters: BTreeMap<String, Quantity>,
@@ -363,7 +360,6 @@ pub struct Step {
 pub(super) fn hold_least(steps: &mut [Step]) {
     let mut least = f64::INFINITY;
     for step in steps {
-        step.predicts_worse = step.held_out_over_noise > least;
         least = least.min(step.held_out_over_noise);
         step.held_out_over_noise = least;
     }
@@ -383,7 +379,6 @@ pub fn step(decay: &FreeDecay, model: &Fitted, added: Option<&Effect>) -> Step {
         residual_rms_deg: decay.raw_rms_deg(model.rms_rad()),
         residual_over_noise: model.over_noise(decay),
         held_out_over_noise: held_out_over_noise(decay, &partial),
-        predicts_worse: false,
         parameters: model.effect_parameters().into_iter().collect(),
     }
 }

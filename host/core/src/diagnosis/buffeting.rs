@@ -39,7 +39,7 @@ pub(crate) struct Buffeted {
     pub(crate) largest: f64,
     /// Strongest line in the innovations' spectrum, over its mean; ln(n/2) by chance.
     pub(crate) line: f64,
-    /// Dependence of the innovations on the state, in standard deviations.
+    /// Dependence of the innovations, or of their size, on the state, in standard deviations.
     pub(crate) state_dependence: f64,
 }
 
@@ -116,6 +116,23 @@ fn state_dependence(run: &Run) -> f64 {
     let filled: Vec<f64> =
         cells.iter().filter(|c| c.0 >= 3.0).map(|c| c.1 * c.1 / c.0 / variance).collect();
     of_chi_squared(filled.iter().sum(), filled.len().max(1) as f64)
+}
+
+/// How far the innovations' squares go with the logarithm of the swing's energy, in standard deviations: a random
+/// moment is as large when the model swings little.
+fn size_dependence(run: &Run, wn: f64) -> f64 {
+    let n = run.innovations.len() as f64;
+    let variance = run.innovations.iter().map(|v| v * v).sum::<f64>() / n;
+    let energy = |[b, r]: &[f64; 2]| (b * b + (r / wn).powi(2)).max(f64::MIN_POSITIVE).ln();
+    let mean = run.states.iter().map(energy).sum::<f64>() / n;
+    let both = run
+        .innovations
+        .iter()
+        .zip(&run.states)
+        .map(|(v, x)| (v * v / variance - 1.0, energy(x) - mean));
+    let (with, spread) =
+        both.fold((0.0, 0.0), |(with, spread), (v, e)| (with + v * e, spread + e * e));
+    with / (2.0 * spread).sqrt()
 }
 
 /// Neighbouring means of the swing that the filter averages: it needs a dozen a cycle, and the longer a mean
@@ -252,7 +269,7 @@ fn fit_series(
         unsteadiness: of_chi_squared(unsteadiness, (QUARTERS * FREE.len()) as f64),
         largest,
         line: strongest_line(&run.innovations),
-        state_dependence: state_dependence(&run),
+        state_dependence: state_dependence(&run).max(size_dependence(&run, wn)),
     })
 }
 

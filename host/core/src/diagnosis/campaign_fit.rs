@@ -98,7 +98,7 @@ impl<'a> Campaign<'a> {
                 continue;
             }
             for (e, plan) in shared.iter_mut().zip(plans) {
-                e.is_of(plan);
+                e.share_by(plan);
             }
             joint = together(&shared, &fits);
         }

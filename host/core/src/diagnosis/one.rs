@@ -104,7 +104,6 @@ fn by_prediction(
         residual_rms_deg: decay.raw_rms_deg(s.model.rms_rad()),
         residual_over_noise: s.model.over_noise(&decay),
         held_out_over_noise: s.held_out_rad / decay.noise_rad,
-        predicts_worse: false,
         parameters: s.parameters.clone(),
     };
     let allowed = |rival: &survivors::PredictedModel| {

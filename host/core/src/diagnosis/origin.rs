@@ -227,21 +227,11 @@ impl Plan {
 
     /// One for each wind speed and axis, none with the wind off.
     pub(super) fn of_each_wind(releases: &[ReleaseEntry]) -> Self {
-        let mut firsts: Vec<&ReleaseEntry> = Vec::new();
-        let mut groups = Vec::new();
-        for release in releases {
-            let same = |first: &&ReleaseEntry| {
-                first.axis == release.axis
-                    && is_same_speed(first.wind_speed_m_s, release.wind_speed_m_s)
-            };
-            let known = firsts.iter().position(same);
-            groups.push((release.wind_speed_m_s > 0.0).then(|| {
-                known.unwrap_or_else(|| {
-                    firsts.push(release);
-                    firsts.len() - 1
-                })
-            }));
-        }
+        let groups = groups(
+            releases,
+            |release| release.wind_speed_m_s > 0.0,
+            |a, b| a.axis == b.axis && is_same_speed(a.wind_speed_m_s, b.wind_speed_m_s),
+        );
         Self { name: EACH_SPEED_ON, groups }
     }
 
@@ -250,6 +240,22 @@ impl Plan {
         let groups = self.groups.iter().enumerate().map(|(i, group)| group.map(|_| i)).collect();
         Self { name: OWN, groups }
     }
+}
+
+/// Of `all` those that are in, by the first that is the same.
+fn groups<T>(
+    all: &[T],
+    is_in: impl Fn(&T) -> bool,
+    same: impl Fn(&T, &T) -> bool,
+) -> Vec<Option<usize>> {
+    let mut firsts: Vec<&T> = Vec::new();
+    let mut group = |one| {
+        firsts.iter().position(|first| same(first, one)).unwrap_or_else(|| {
+            firsts.push(one);
+            firsts.len() - 1
+        })
+    };
+    all.iter().map(|one| is_in(one).then(|| group(one))).collect()
 }
 
 /// The fewest coefficients that tell the releases' own (in the order of `seen`, one for each) apart no worse
@@ -284,20 +290,7 @@ pub(super) fn plan(origin: Origin, seen: &[Seen], effective: f64) -> Plan {
         crate::bic::of_deviance(misfit.sum(), effective, count)
     };
     let plans = levels.into_iter().map(|(name, on_name, same)| {
-        let mut firsts: Vec<&Seen> = Vec::new();
-        let groups = seen
-            .iter()
-            .map(|s| {
-                if aerodynamic && !s.is_on() {
-                    return None;
-                }
-                let known = firsts.iter().position(|f| same(f, s));
-                Some(known.unwrap_or_else(|| {
-                    firsts.push(s);
-                    firsts.len() - 1
-                }))
-            })
-            .collect();
+        let groups = groups(seen, |s| s.is_on() || !aerodynamic, same);
         Plan { name: if aerodynamic { on_name } else { name }, groups }
     });
     plans

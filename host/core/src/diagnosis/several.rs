@@ -248,7 +248,6 @@ fn steps(
             residual_rms_deg: weighted_rms(raw),
             residual_over_noise: joint.over_noise(),
             held_out_over_noise: *held_out_over_noise,
-            predicts_worse: false,
             parameters: common.numbers(joint),
         });
     }

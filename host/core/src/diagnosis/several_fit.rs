@@ -82,7 +82,7 @@ pub(super) struct SharedEffect {
 
 impl SharedEffect {
     /// Shared as `plan` says; one that turns out to be in the wind-off releases, too, is not the air's alone.
-    pub(super) fn is_of(&mut self, plan: Plan) {
+    pub(super) fn share_by(&mut self, plan: Plan) {
         let more = plan.groups.iter().flatten().count() > self.plan.groups.iter().flatten().count();
         if let (Some(source), true) = (&mut self.source, more) {
             source.origin = Origin::Undecided;

@@ -188,7 +188,6 @@ impl Step {
             residual_rms_deg,
             residual_over_noise: over_noise,
             held_out_over_noise: over_noise,
-            predicts_worse: false,
             parameters,
         }
     }
