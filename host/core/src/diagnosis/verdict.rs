@@ -144,6 +144,13 @@ impl Diagnosis {
         self.sentence = sentence(&self.effects, &self.left, model);
     }
 
+    /// Made to say what is left of the squares that `model`, the first of its steps, leaves: of a constant moment,
+    /// too, which the model that it is judged by may have.
+    pub(super) fn leaves(&mut self, share: f64, model: &str) {
+        self.left.share_of_misfit = share.min(1.0);
+        self.sentence = sentence(&self.effects, &self.left, model);
+    }
+
     /// Given jumps of the reading, in what is left.
     pub(super) fn has_jumps(&mut self, jumps: Option<Jumps>) {
         self.jumps = jumps;
