@@ -69,7 +69,7 @@ impl Flag {
             Flag::OutliersExcluded => "outliers were left out",
             Flag::StartsInMidSwing => "the record starts in the middle of the oscillation; the release is not in it",
             Flag::DrivenBefore => "the model was driven until the release; that part was left out",
-            Flag::PushedAtStart => "the model was still pushed at the start; that part was left out",
+            Flag::PushedAtStart => "the model was still pushed at the start, or another motion was larger; that part was left out",
             Flag::StoppedEarly => "the oscillation was stopped or pushed before it had died out; analysed up to there",
             Flag::AmplitudeOutsideWindow => {
                 "fewer than three cycles inside the asked amplitude window; analysed on what there is"

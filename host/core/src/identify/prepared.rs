@@ -116,10 +116,18 @@ fn seen_with<'a>(
     amplitudes: Amplitudes,
     record: &Record,
 ) -> Result<(Samples<'a>, FreeSpan, Vec<Window>, f64), Refusal> {
-    let span = release::find(&samples, amplitudes)?;
-    let (from_s, to_s, frequency) = (span.from_s, span.to_s, span.frequency_rad_s);
-    let (windows, density) = windows::windows(&mut samples, from_s, to_s, frequency);
-    match oscillation::is_one(&windows, &samples, &span, sample_noise(&record.yaw_deg)) {
+    let white_noise_deg = sample_noise(&record.yaw_deg);
+    let mut span = release::find(&samples, amplitudes)?;
+    let (to_s, frequency) = (span.to_s, span.frequency_rad_s);
+    let (mut windows, mut density) = windows::windows(&mut samples, span.from_s, to_s, frequency);
+    if let Some(from_s) = windows::settled_from_s(&windows, frequency, white_noise_deg) {
+        span.from_s = from_s;
+        if !span.flags.contains(&Flag::PushedAtStart) {
+            span.flags.push(Flag::PushedAtStart);
+        }
+        (windows, density) = windows::windows(&mut samples, from_s, to_s, frequency);
+    }
+    match oscillation::is_one(&windows, &samples, &span, white_noise_deg) {
         true => Ok((samples, span, windows, density)),
         false => Err(Refusal::NoOscillation),
     }

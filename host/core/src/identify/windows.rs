@@ -17,6 +17,10 @@ pub(crate) const MIN_SHARE: f64 = 0.95;
 /// chance.
 const WILD: f64 = 6.0;
 
+/// Ratio of the frequencies of two windows, one behind the other, beyond which they are of two modes.
+const LEAP: f64 = 1.25;
+/// Share of the motion in a window that a mode explains below which another motion is the larger.
+const SMALLER: f64 = 0.5;
 /// Multiples of a third of the oscillation's frequency at which the residual's spectrum is looked at: about
 /// the oscillation, which the fit has emptied, and clear of its harmonics.
 const NEIGHBOUR_BINS: [usize; 3] = [2, 4, 5];
@@ -107,6 +111,28 @@ pub(crate) fn at_amplitudes(windows: &[Window], derivative: Derivative) -> Vec<A
     AtAmplitude::amplitudes(first.amplitude_deg, last.amplitude_deg).map(at).collect()
 }
 
+/// Where the mode of this `frequency` begins behind another motion that is larger at first, as a blow leaves it: most
+/// windows up to there hold little of it, or have another frequency and then leap to this. `None` without one in the
+/// first half.
+pub(crate) fn settled_from_s(
+    windows: &[Window],
+    frequency: f64,
+    white_noise_deg: f64,
+) -> Option<f64> {
+    let is_near = |a: f64, b: f64| (1.0 / LEAP..=LEAP).contains(&(a / b));
+    let wn = |k: usize| windows[k].natural_frequency_rad_s;
+    let is_lost: Vec<bool> =
+        windows.iter().map(|w| w.explained(white_noise_deg) < SMALLER).collect();
+    let of_another = |k: usize| is_lost[k] || !is_near(wn(k), frequency);
+    let begins = |k: &usize| {
+        let leaps = is_lost[k - 1] || !is_near(wn(k - 1), wn(*k));
+        of_another(k - 1) && !of_another(*k) && leaps
+    };
+    let behind_another = |k: &usize| 2 * (0..*k).filter(|k| of_another(*k)).count() > *k;
+    let first = (1..windows.len() / 2).rev().find(|k| begins(k) && behind_another(k))?;
+    Some(windows[first].from_s)
+}
+
 /// Consecutive windows over `from_s..to_s` and the spectral density, as a variance, of what they leave about
 /// the oscillation's frequency; wild samples are excluded from `samples` on the way.
 pub(crate) fn windows(
@@ -168,7 +194,7 @@ fn consecutive(samples: &Samples<'_>, from_s: f64, to_s: f64, frequency: f64) ->
         let stretch = samples.between(begin, end);
         let last = out.last().filter(|last| last.to_s == begin).map(|last| &last.found);
         if let Some(found) = fit_window(&stretch, last, guess) {
-            guess = found.mode.damped_frequency_rad_s.clamp(0.8 * guess, 1.25 * guess);
+            guess = found.mode.damped_frequency_rad_s.clamp(guess / LEAP, LEAP * guess);
             let mut sizes = sizes(&stretch, &found).map(|(_, size)| size).collect::<Vec<_>>();
             let scatter_deg = median(&mut sizes) / 0.6745;
             out.push(WindowFit { from_s: begin, to_s: end, found, scatter_deg });
