@@ -3,7 +3,7 @@
 
 use crate::fit::fitted::{not_below_zero, Fitted};
 use crate::fit::free_decay::FreeDecay;
-use crate::fit::problem::DIFFERENCE;
+use crate::fit::part::DIFFERENCE;
 use crate::identify::samples::Samples;
 use crate::identify::windows::{windows, Window};
 pub use crate::identify::AtAmplitude;

@@ -3,7 +3,8 @@
 use crate::effects::Effect;
 use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
-use crate::fit::problem::{problem_of_one, Release};
+use crate::fit::part::Release;
+use crate::fit::problem::problem_of_one;
 use crate::par_map::ParMap;
 use crate::solver::{Normal, Problem, Rows};
 use nalgebra::Cholesky;

@@ -13,6 +13,7 @@ pub mod lines;
 pub(crate) mod noise;
 mod noise_floor;
 pub mod own;
+pub(crate) mod part;
 pub(crate) mod pieces;
 pub(crate) mod problem;
 pub(crate) mod segments;

@@ -2,7 +2,7 @@
 
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::layout::Layout;
-use crate::fit::problem::DIFFERENCE;
+use crate::fit::part::DIFFERENCE;
 use crate::fit::structure::{Structure, WN, ZERO, ZETA};
 use crate::motion::simulate::readings_of_all;
 use crate::par_map::ParMap;

@@ -7,8 +7,9 @@
 
 use crate::effects::{Effect, LANES};
 use crate::fit::layout::Layout;
+use crate::fit::part::{Part, Release};
 use crate::fit::pieces::{Piece, Pieces};
-use crate::fit::problem::{JointProblem, Part, Release};
+use crate::fit::problem::JointProblem;
 use crate::fit::structure::{Structure, YAW};
 use crate::par_map::ParMap;
 use crate::solver::blocks::{self, Block, Quadratic};

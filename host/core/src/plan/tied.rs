@@ -3,7 +3,8 @@
 use super::possible::{numbers, Possible, Rival};
 use crate::error::{Error, Result};
 use crate::fit::free_decay::FreeDecay;
-use crate::fit::problem::{lengthened, problem_of_one, JointProblem, Release, EVALUATIONS};
+use crate::fit::part::{lengthened, Release};
+use crate::fit::problem::{problem_of_one, JointProblem, EVALUATIONS};
 use crate::solver::{minimise, Options, Problem, Rows};
 use nalgebra::{Cholesky, DMatrix};
 
