@@ -116,12 +116,27 @@ fn paired(seen: &[Seen]) -> Option<[Quantity; 3]> {
     (!pairs.is_empty()).then(|| [off, on, Quantity::new(value, u)])
 }
 
+fn is_there(q: Quantity) -> bool {
+    q.value.abs() > THERE * q.u
+}
+
+fn is_absent(off: Quantity, on: Quantity) -> bool {
+    !is_there(off) && off.value.abs() + 2.0 * off.u < ABSENT * on.value.abs()
+}
+
 /// Where `effect` with these coefficients comes from, and why.
 pub(super) fn decide(effect: &Effect, seen: &[Seen]) -> (Origin, String) {
     let unit = &effect.parameters()[0].unit;
     let undecided = |why: String| (Origin::Undecided, why);
     if seen.iter().all(|s| s.is_on()) {
-        return undecided("there is no release with the wind off".into());
+        let without = "there is no release with the wind off".to_owned();
+        let by_dimension = growth(effect, seen).filter(|growth| growth.off.value.is_finite());
+        let Some(Growth { fast, off, words, .. }) = by_dimension else {
+            return undecided(without);
+        };
+        let by_it = format!("{without}; {words}: {off} {unit} without wind by its dimension");
+        let is_aerodynamic = is_absent(off, fast) && is_there(fast);
+        return (if is_aerodynamic { Origin::Aerodynamic } else { Origin::Undecided }, by_it);
     }
     if !seen.iter().any(Seen::is_on) {
         return undecided("there is no release with the wind on".into());
@@ -129,11 +144,8 @@ pub(super) fn decide(effect: &Effect, seen: &[Seen]) -> (Origin, String) {
     let Some([off, on, difference]) = paired(seen) else {
         return undecided("no spring and axis was released with the wind off and on".into());
     };
-    let is_there = |q: Quantity| q.value.abs() > THERE * q.u;
     let both = format!("{off} {unit} with the wind off, {on} with it on");
-    let least = off.value.abs() + 2.0 * off.u;
-    let is_absent = !is_there(off) && least < ABSENT * on.value.abs();
-    if is_absent && is_there(on) {
+    if is_absent(off, on) && is_there(on) {
         return match growth(effect, seen) {
             None => (Origin::Aerodynamic, format!("{both}; one wind speed: growth is not tested")),
             Some(Growth { grows: true, words, .. }) => {
@@ -171,6 +183,10 @@ struct Growth {
     grows: bool,
     /// Whether it may go with the power of the speed that its dimension asks for.
     by_dimension: bool,
+    /// At the highest speed.
+    fast: Quantity,
+    /// What it would be without wind, growing by that power: not known where that is none.
+    off: Quantity,
     words: String,
 }
 
@@ -195,8 +211,12 @@ fn growth(effect: &Effect, seen: &[Seen]) -> Option<Growth> {
     let asked = effect.wind_power(&[]).map_or(f64::NAN, |p| (fast_m_s / slow_m_s).powf(p));
     let off_it = (fast.value - asked * slow.value).abs();
     let by_dimension = off_it <= CHANCE * fast.u.hypot(asked * slow.u);
+    let off = Quantity::new(
+        (asked * slow.value - fast.value) / (asked - 1.0),
+        (asked * slow.u).hypot(fast.u) / (asked - 1.0).abs(),
+    );
     let words = format!("{slow} at {slow_m_s:.3} m/s, {fast} at {fast_m_s:.3} m/s");
-    Some(Growth { grows, by_dimension, words })
+    Some(Growth { grows, by_dimension, fast, off, words })
 }
 
 /// Which releases have one coefficient.
@@ -341,6 +361,11 @@ mod tests {
         assert_eq!(origin(&campaign(0.1, 0.1, 0.1, 0.08)), Origin::Undecided);
         assert_eq!(origin(&[seen("K1", Axis::Mid, 0.0, 0.1, 0.001)]), Origin::Undecided);
         assert_eq!(origin(&[seen("K1", Axis::Mid, 9.0, 0.1, 0.001)]), Origin::Undecided);
+        // Of two speeds on, where the square of the speed leaves nothing without wind, and where it leaves more.
+        let on = |fast| campaign(0.0, 0.1, fast, 0.002).into_iter().filter(Seen::is_on);
+        assert_eq!(origin(&on(0.196).collect::<Vec<_>>()), Origin::Aerodynamic);
+        assert_eq!(origin(&on(0.14).collect::<Vec<_>>()), Origin::Undecided);
+        assert_eq!(origin(&on(0.1).collect::<Vec<_>>()), Origin::Undecided);
         let apart =
             [seen("K1", Axis::Mid, 9.0, 0.1, 0.001), seen("K2", Axis::Mid, 0.0, 0.1, 0.001)];
         assert_eq!(origin(&apart), Origin::Undecided);
