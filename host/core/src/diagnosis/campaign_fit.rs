@@ -66,7 +66,8 @@ impl<'a> Campaign<'a> {
             (together(&shared, &fits), shared, fits)
         });
         let better = |a: (JointFit, _, _), b: (JointFit, _, _)| {
-            if b.0.bic().gain_over(&a.0.bic()) > 0.0 {
+            let wins = b.0.bic().gain_over(&a.0.bic()) > 0.0 || !a.0.converged;
+            if wins && b.0.converged {
                 b
             } else {
                 a

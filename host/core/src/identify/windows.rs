@@ -19,8 +19,6 @@ const WILD: f64 = 6.0;
 
 /// Ratio of the frequencies of two windows, one behind the other, beyond which they are of two modes.
 const LEAP: f64 = 1.25;
-/// Share of the motion in a window that a mode explains below which another motion is the larger.
-const SMALLER: f64 = 0.5;
 /// Multiples of a third of the oscillation's frequency at which the residual's spectrum is looked at: about
 /// the oscillation, which the fit has emptied, and clear of its harmonics.
 const NEIGHBOUR_BINS: [usize; 3] = [2, 4, 5];
@@ -67,6 +65,13 @@ impl Window {
             ),
             damping_ratio: Quantity::new(self.damping_ratio, self.damping_ratio_u),
         }
+    }
+
+    /// Whether another motion than the fit's is the larger one, and more than white noise of the given standard
+    /// deviation.
+    fn is_of_another(&self, white_noise_deg: f64) -> bool {
+        let (white, left) = (white_noise_deg.powi(2), self.noise_deg.powi(2));
+        left - white > white.max(self.motion_deg.powi(2) - left)
     }
 
     /// Share of the motion that the fit explains, white noise of the given standard deviation taken off both.
@@ -121,11 +126,10 @@ pub(crate) fn settled_from_s(
 ) -> Option<f64> {
     let is_near = |a: f64, b: f64| (1.0 / LEAP..=LEAP).contains(&(a / b));
     let wn = |k: usize| windows[k].natural_frequency_rad_s;
-    let is_lost: Vec<bool> =
-        windows.iter().map(|w| w.explained(white_noise_deg) < SMALLER).collect();
-    let of_another = |k: usize| is_lost[k] || !is_near(wn(k), frequency);
+    let is_lost = |k: usize| windows[k].is_of_another(white_noise_deg);
+    let of_another = |k: usize| is_lost(k) || !is_near(wn(k), frequency);
     let begins = |k: &usize| {
-        let leaps = is_lost[k - 1] || !is_near(wn(k - 1), wn(*k));
+        let leaps = is_lost(k - 1) || !is_near(wn(k - 1), wn(*k));
         of_another(k - 1) && !of_another(*k) && leaps
     };
     let behind_another = |k: &usize| 2 * (0..*k).filter(|k| of_another(*k)).count() > *k;
