@@ -138,35 +138,43 @@ fn beats_are_no_drive() {
     }
 }
 
+/// What is found in so many samples of a mode, struck after two cycles, beside another of this size in rad, damping
+/// ratio and frequency over the rig's.
+fn struck(
+    random: &mut ChaCha8Rng,
+    count: i32,
+    zeta: f64,
+    [size, of_other, ratio]: [f64; 3],
+) -> Identification {
+    let mode = |z: f64, w: f64, t: f64| (-z * w * t).exp() * (w * t).sin();
+    let yaw = |t: f64| 0.15 * mode(zeta, WN, t) + size * mode(of_other, ratio * WN, t);
+    let yaw_rad: Vec<f64> = (-80..count).map(|k| yaw(f64::from(k.max(0)) / RATE_HZ)).collect();
+    found(&yaw_rad, random).expect("an oscillation")
+}
+
 /// A hammer on a beam: what rings for a moment is larger than what lasts.
 #[test]
 fn a_knock_that_rings_higher_for_a_moment() {
     for k in 0..RECORDS {
         let mut random = ChaCha8Rng::seed_from_u64(600 + k);
         let zeta = 10f64.powf(random.random_range(-2.5..-1.6));
-        let mode = |z: f64, w: f64, t: f64| (-z * w * t).exp() * (w * t).sin();
         let high = random.random_range(0.2..0.5);
-        let yaw = |t: f64| 0.15 * mode(zeta, WN, t) + high * mode(0.15, 5.3 * WN, t);
-        let yaw_rad: Vec<f64> = (-80..2000).map(|k| yaw(f64::from(k.max(0)) / RATE_HZ)).collect();
-        let found = found(&yaw_rad, &mut random).expect("an oscillation");
+        let found = struck(&mut random, 2000, zeta, [high, 0.15, 5.3]);
         let wn = found.estimates[0].natural_frequency_rad_s.value;
         assert!((wn / WN - 1.0).abs() < 0.02, "{high} {zeta}: {wn}");
         assert!((1.0..5.0).contains(&found.release_time_s), "{}", found.release_time_s);
     }
 }
 
-/// A fork that is struck: its handle swings slowly for some cycles, further than the mode that lasts.
+/// A fork: its handle swings slowly for some cycles, further than the mode that lasts.
 #[test]
 fn a_knock_that_rings_lower_for_a_while() {
     for k in 0..RECORDS {
         let mut random = ChaCha8Rng::seed_from_u64(700 + k);
         let zeta = 10f64.powf(random.random_range(-4.0..-3.0));
-        let mode = |z: f64, w: f64, t: f64| (-z * w * t).exp() * (w * t).sin();
         let low = random.random_range(0.6..1.2);
         let ratio: f64 = random.random_range(0.15..0.4);
-        let yaw = |t: f64| 0.15 * mode(zeta, WN, t) + low * mode(0.08, ratio * WN, t);
-        let yaw_rad: Vec<f64> = (-80..8000).map(|k| yaw(f64::from(k.max(0)) / RATE_HZ)).collect();
-        let found = found(&yaw_rad, &mut random).expect("an oscillation");
+        let found = struck(&mut random, 8000, zeta, [low, 0.08, ratio]);
         let wn = found.estimates[0].natural_frequency_rad_s;
         assert!((wn.value / WN - 1.0).abs() < 1e-3, "{low} {ratio} {zeta}: {wn}");
         assert!(wn.u < 3e-3 * WN, "{low} {ratio} {zeta}: {wn}");

@@ -122,9 +122,7 @@ fn by_prediction(
         model,
     };
     let models = [from_ref(account.plain()), from_ref(last)];
-    let mut diagnosis = Diagnosis::new(&[record.name()], from_ref(&decay), models, chosen);
-    let first = account.steps.first().map_or(last, |step| &step.model);
-    diagnosis.leaves(last.sum_of_squares / first.sum_of_squares, model);
+    let diagnosis = Diagnosis::new(&[record.name()], from_ref(&decay), models, chosen);
     let path = account.steps.into_iter().map(|s| vec![s.model]).collect();
     Ok(Diagnosed { diagnosis, decays: vec![decay], singles: Vec::new(), path })
 }

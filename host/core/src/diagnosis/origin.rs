@@ -134,7 +134,7 @@ pub(super) fn decide(effect: &Effect, seen: &[Seen]) -> (Origin, String) {
         let Some(Growth { fast, off, words, .. }) = by_dimension else {
             return undecided(without);
         };
-        let by_it = format!("{without}; {words}: {off} {unit} without wind by its dimension");
+        let by_it = format!("{without}; {words}: by its dimension {off} {unit} without wind");
         let is_aerodynamic = is_absent(off, fast) && is_there(fast);
         return (if is_aerodynamic { Origin::Aerodynamic } else { Origin::Undecided }, by_it);
     }

@@ -144,13 +144,6 @@ impl Diagnosis {
         self.sentence = sentence(&self.effects, &self.left, model);
     }
 
-    /// Made to say what is left of the squares that `model`, the first of its steps, leaves: of a constant moment,
-    /// too, which the model that it is judged by may have.
-    pub(super) fn leaves(&mut self, share: f64, model: &str) {
-        self.left.share_of_misfit = share.min(1.0);
-        self.sentence = sentence(&self.effects, &self.left, model);
-    }
-
     /// Given jumps of the reading, in what is left.
     pub(super) fn has_jumps(&mut self, jumps: Option<Jumps>) {
         self.jumps = jumps;
@@ -360,5 +353,35 @@ fn sentence(effects: &[Effect], left: &Left, model: &str) -> String {
     };
     let accounted = 100.0 * (1.0 - left.share_of_misfit);
     let digits = if accounted > 99.0 { 2 } else { 1 };
+    // What a model misses whose rest angle is fitted is none of a constant moment's.
+    if format!("{accounted:.digits$}") == "0.0" {
+        return format!(
+            "beside {list} no effect of the library predicts better than {model}; {rest}"
+        );
+    }
     format!("{list} {verb} for {accounted:.digits$} % of what {model} misses; {rest}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_accounts_for_nothing_is_not_said_to() {
+        let said = |share_of_misfit: f64| {
+            let left = Left {
+                rms_deg: 0.035,
+                unit: "deg".into(),
+                share_of_amplitude: 0.1,
+                share_of_misfit,
+                where_: "slow".into(),
+            };
+            sentence(&[Effect::of_rest()], &left, SECOND_ORDER)
+        };
+        assert_eq!(
+            said(1.0),
+            "beside constant moment no effect of the library predicts better than the second-order model; 0.035 deg (10 %) is left, slow"
+        );
+        assert!(said(0.2).starts_with("constant moment accounts for 80.0 % of what"));
+    }
 }

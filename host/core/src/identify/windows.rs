@@ -128,13 +128,16 @@ pub(crate) fn settled_from_s(
     let wn = |k: usize| windows[k].natural_frequency_rad_s;
     let is_lost = |k: usize| windows[k].is_of_another(white_noise_deg);
     let of_another = |k: usize| is_lost(k) || !is_near(wn(k), frequency);
-    let begins = |k: &usize| {
-        let leaps = is_lost(k - 1) || !is_near(wn(k - 1), wn(*k));
-        of_another(k - 1) && !of_another(*k) && leaps
-    };
-    let behind_another = |k: &usize| 2 * (0..*k).filter(|k| of_another(*k)).count() > *k;
-    let first = (1..windows.len() / 2).rev().find(|k| begins(k) && behind_another(k))?;
-    Some(windows[first].from_s)
+    let (mut first, mut others) = (None, 0);
+    for k in 1..windows.len() / 2 {
+        let before = of_another(k - 1);
+        others += usize::from(before);
+        let leaps = is_lost(k - 1) || !is_near(wn(k - 1), wn(k));
+        if before && !of_another(k) && leaps && 2 * others > k {
+            first = Some(k);
+        }
+    }
+    first.map(|k: usize| windows[k].from_s)
 }
 
 /// Consecutive windows over `from_s..to_s` and the spectral density, as a variance, of what they leave about
