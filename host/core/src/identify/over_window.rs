@@ -2,9 +2,11 @@
 //!
 //! Every cycle counts alike. The mean logarithmic decrement is the fall of the logarithm of the amplitude
 //! over the number of cycles, the mean period the time over the same number; wn and zeta follow from the two
-//! as for one mode. Amplitude and phase are fitted to every cycle by itself, frequency and decay being those
-//! of the nearest three cycles, so that nothing has to keep the phase of one frequency all along; smooth
-//! curves are laid through both, over all that is analysed.
+//! as for one mode. Amplitude and phase are fitted to a cycle by itself, at every half cycle, frequency and
+//! decay being those of the nearest three cycles, so that nothing has to keep the phase of one frequency all
+//! along; smooth curves are laid through both, over all that is analysed. Half a cycle, not a whole one, is the
+//! step: of four or five cycles whose damping changes, as friction's does, a curve through one value each is
+//! too stiff to follow to the ends.
 
 use super::envelope::ENVELOPE_SAMPLES;
 use super::samples::{Samples, Stretch};
@@ -94,8 +96,8 @@ struct Cycle {
     amplitude_u: f64,
 }
 
-/// Every cycle that enough samples count of; `None` where those in between cannot be counted: from one to the
-/// next the phase has to be known to half a turn.
+/// A cycle at every half cycle that enough samples count of; `None` where those in between cannot be counted:
+/// from one to the next the phase has to be known to half a turn.
 fn cycles(
     samples: &Samples<'_>,
     [from_s, to_s]: [f64; 2],
@@ -121,7 +123,7 @@ fn cycles(
         }
         let stretch = samples.between(begin, begin + period_s);
         let time_s = begin + 0.5 * period_s;
-        begin += period_s;
+        begin += 0.5 * period_s;
         let is_fitted =
             time_s > window.from_s && (time_s < window.to_s || near + 1 == windows.len());
         if !is_fitted {
@@ -142,7 +144,8 @@ fn cycles(
             let phase_rad = expected + (phase - expected + PI).rem_euclid(TAU) - PI;
             let u = |along: [f64; 2]| {
                 let along = Vector2::from(along) / (a * a + b * b);
-                window.noise_near_deg * along.dot(&(covariance * along)).sqrt()
+                // Every sample counts in two cycles, which together know what one does.
+                window.noise_near_deg * (2.0 * along.dot(&(covariance * along))).sqrt()
             };
             all.push(Cycle {
                 time_s,

@@ -27,24 +27,38 @@ enum Law {
 
 const LAWS: [Law; 5] = [Law::Friction, Law::Drag, Law::CubicDamping, Law::Pendulum, Law::Hardening];
 
-/// The motion goes on so long before the record and after it.
-const BESIDE_S: f64 = 3.0;
+/// The motion goes on so many cycles before the record and after it.
+const BESIDE_CYCLES: f64 = 1.5;
 const RECORDED_S: f64 = 60.0;
 
 struct Planted {
     record: Record,
-    /// Every step, from so long before the record.
+    /// Every step.
     motion: Vec<f64>,
+    /// From which it is there.
+    from_s: f64,
     /// Of its maxima, on the record's clock.
     maxima_s: Vec<f64>,
     described: String,
 }
 
-fn planted(laws: &[Law], seed: u64) -> Planted {
+/// Least and most of what is planted.
+struct Kind {
+    zeta: [f64; 2],
+    noise_deg: [f64; 2],
+    strength: [f64; 2],
+}
+
+const MANY_CYCLES: Kind =
+    Kind { zeta: [0.001, 0.015], noise_deg: [0.02, 0.1], strength: [0.3, 1.5] };
+const FEW_CYCLES: Kind = Kind { zeta: [0.015, 0.05], noise_deg: [0.02, 0.3], strength: [1.5, 7.0] };
+
+fn planted(laws: &[Law], seed: u64, kind: &Kind) -> Planted {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut between = |from: f64, to: f64| rng.random_range(from.ln()..to.ln()).exp();
-    let (wn, zeta, largest) = (between(3.0, 20.0), between(0.001, 0.015), between(0.14, 0.3));
-    let (noise_deg, strength) = (between(0.02, 0.1), between(0.3, 1.5));
+    let mut of = |[from, to]: [f64; 2]| between(from, to);
+    let (wn, zeta, largest) = (of([3.0, 20.0]), of(kind.zeta), of([0.14, 0.3]));
+    let (noise_deg, strength) = (of(kind.noise_deg), of(kind.strength));
     let slope = |_: f64, [b, r]: [f64; 2]| {
         let of = |law: &Law| match law {
             // Each takes of a cycle at some amplitude what so many times 0.01 would.
@@ -59,8 +73,10 @@ fn planted(laws: &[Law], seed: u64) -> Planted {
     let mut state = [largest, 0.0];
     let (mut time_s, mut yaw_deg) = (Vec::new(), Vec::new());
     let (mut motion, mut maxima_s) = (Vec::new(), Vec::new());
-    for k in 0..((RECORDED_S + 2.0 * BESIDE_S) / STEP_S) as usize {
-        let t = k as f64 * STEP_S - BESIDE_S;
+    let beside = (BESIDE_CYCLES * TAU / wn / STEP_S) as usize;
+    let from_s = -(beside as f64) * STEP_S;
+    for k in 0..(RECORDED_S / STEP_S) as usize + 2 * beside {
+        let t = from_s + k as f64 * STEP_S;
         motion.push(state[0]);
         if k % SAMPLE_STEPS == 0 && (0.0..RECORDED_S).contains(&t) {
             time_s.push(t);
@@ -74,7 +90,7 @@ fn planted(laws: &[Law], seed: u64) -> Planted {
     }
     let described =
         format!("{laws:?} x {strength:.2} wn {wn:.2} zeta {zeta:.4} noise {noise_deg:.3} deg");
-    Planted { record: Record::new("planted", time_s, yaw_deg), motion, maxima_s, described }
+    Planted { record: Record::new("planted", time_s, yaw_deg), motion, from_s, maxima_s, described }
 }
 
 impl Planted {
@@ -84,10 +100,10 @@ impl Planted {
         let after =
             self.maxima_s.partition_point(|t| *t < time_s).clamp(1, self.maxima_s.len() - 1);
         let period_s = self.maxima_s[after] - self.maxima_s[after - 1];
-        let place = |t: f64| ((t + BESIDE_S) / STEP_S).round() as usize;
+        let place = |t: f64| ((t - self.from_s) / STEP_S).round() as usize;
         let (mut cosine, mut sine, mut weight) = (0.0, 0.0, 0.0);
         for k in place(time_s - period_s)..=place(time_s + period_s) {
-            let off = k as f64 * STEP_S - BESIDE_S - time_s;
+            let off = self.from_s + k as f64 * STEP_S - time_s;
             let share = (0.25 * TAU * off / period_s).cos().powi(2);
             let (s, c) = (TAU * off / period_s).sin_cos();
             cosine += share * self.motion[k] * c;
@@ -117,15 +133,14 @@ impl Planted {
     }
 }
 
-/// Of 160 numbers 152 are within 2 u if these are true, give or take 3, and their median is 0.67 u.
-#[test]
-fn means_over_a_window_hold_those_of_the_motion() {
+/// In units of u, smallest first: how far wn and zeta are off in eighty records.
+fn off(kind: &Kind) -> [Vec<f64>; 2] {
     let mut z = [Vec::new(), Vec::new()];
     for k in 0..80u64 {
         let first = LAWS[k as usize % 5];
         let second = LAWS[(k as usize / 5) % 5];
         let laws = if k < 40 { vec![first] } else { vec![first, second] };
-        let planted = planted(&laws, 1000 * number("YAWRIG_SEED", 0) + k);
+        let planted = planted(&laws, 1000 * number("YAWRIG_SEED", 0) + k, kind);
         let found = identify(&planted.record, &[Method::LeastSquares], &Settings::default());
         let found = found.expect("an oscillation");
         let truth = planted.truth(&found.window);
@@ -150,14 +165,35 @@ fn means_over_a_window_hold_those_of_the_motion() {
     }
     for (z, name) in z.iter_mut().zip(["wn", "zeta"]) {
         z.sort_by(f64::total_cmp);
-        let inside = z.iter().filter(|z| **z < 2.0).count();
         println!(
-            "{name}: {inside} of {} within 2 u, median {:.2}, largest {:.1}",
+            "{name}: {} of {} within 2 u, median {:.2}, largest {:.1}",
+            inside(z),
             z.len(),
             z[40],
             z[79]
         );
-        assert!(inside >= 72, "{name}: {inside} of 80");
-        assert!((0.5..0.8).contains(&z[40]), "{name}: median {}", z[40]);
+    }
+    z
+}
+
+fn inside(z: &[f64]) -> usize {
+    z.iter().filter(|z| **z < 2.0).count()
+}
+
+/// Of 80 numbers 76 are within 2 u if these are true, give or take 2, and their median is 0.67 u, give or take 0.09.
+#[test]
+fn means_over_a_window_hold_those_of_the_motion() {
+    for z in off(&MANY_CYCLES) {
+        assert!(inside(&z) >= 72, "{} of 80", inside(&z));
+        assert!((0.5..0.85).contains(&z[40]), "median {}", z[40]);
+    }
+}
+
+/// Of 3 to 15 cycles, most of whose damping is friction's or drag's, 74 to 80 of 80 with four seeds. Outside are
+/// those of both, whose damping is much the same at all amplitudes: one mode follows them to the noise.
+#[test]
+fn so_do_those_of_a_few_cycles() {
+    for z in off(&FEW_CYCLES) {
+        assert!(inside(&z) >= 74, "{} of 80", inside(&z));
     }
 }
