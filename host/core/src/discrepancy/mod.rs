@@ -102,9 +102,9 @@ impl Discrepancy {
         self.shaken > 0.5
     }
 
-    /// Whether something is missing rather as a law than as a random moment.
+    /// Whether a law is what is missing.
     pub(crate) fn lacks_law(&self) -> bool {
-        1.0 - self.nothing > 2.0 * self.shaken
+        self.shaken + self.nothing <= 0.5
     }
 
     /// Of release `which`, whose numbers have these `places` among all, natural frequency and damping ratio the

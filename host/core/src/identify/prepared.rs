@@ -348,7 +348,7 @@ impl Prepared<'_> {
             let changes = trends.frequency.is_some() || trends.damping.is_some();
             let does = |(whole, u): (&ModeFit, Uncertainty)| {
                 let is_noise = u.is_shaken || !self.misfit(&whole.mode).above_noise;
-                u.is_mostly_noise() && is_noise
+                u.lacking == Lacking::default() && is_noise
             };
             if !changes && self.whole.as_ref().zip(self.uncertainty()).is_some_and(does) {
                 return None;

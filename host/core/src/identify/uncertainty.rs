@@ -46,15 +46,6 @@ pub struct Uncertainty {
     pub(crate) spectral_ratio: f64,
 }
 
-impl Uncertainty {
-    /// Whether no more of it is for a law that one mode may lack than for noise.
-    pub(super) fn is_mostly_noise(&self) -> bool {
-        let few = |lacking: f64, all: f64| 2.0 * lacking * lacking <= all * all;
-        few(self.lacking.natural_frequency_rad_s, self.natural_frequency_rad_s)
-            && few(self.lacking.damping_ratio, self.damping_ratio)
-    }
-}
-
 /// What of the standard uncertainties of wn and zeta is for a law that one mode lacks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Lacking {
