@@ -34,7 +34,7 @@ pub(super) struct Ranges {
     pub(super) damping_ratio: [f64; 2],
 }
 
-/// Of the samples between `ends_s` with their `windows` in order of time; `None` of fewer than three cycles.
+/// Of the samples between `ends_s` with their `windows` in order of time; `None` of fewer than two cycles.
 pub(super) fn of(
     samples: &Samples<'_>,
     ends_s: [f64; 2],

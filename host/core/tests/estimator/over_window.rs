@@ -27,8 +27,6 @@ enum Law {
 
 const LAWS: [Law; 5] = [Law::Friction, Law::Drag, Law::CubicDamping, Law::Pendulum, Law::Hardening];
 
-/// The motion goes on so many cycles before the record and after it.
-const BESIDE_CYCLES: f64 = 1.5;
 const RECORDED_S: f64 = 60.0;
 
 struct Planted {
@@ -47,11 +45,19 @@ struct Kind {
     zeta: [f64; 2],
     noise_deg: [f64; 2],
     strength: [f64; 2],
+    /// How long the motion goes on before the record and after it, by wn.
+    beside_s: fn(f64) -> f64,
 }
 
 const MANY_CYCLES: Kind =
-    Kind { zeta: [0.001, 0.015], noise_deg: [0.02, 0.1], strength: [0.3, 1.5] };
-const FEW_CYCLES: Kind = Kind { zeta: [0.015, 0.05], noise_deg: [0.02, 0.3], strength: [1.5, 7.0] };
+    Kind { zeta: [0.001, 0.015], noise_deg: [0.02, 0.1], strength: [0.3, 1.5], beside_s: |_| 3.0 };
+/// In three seconds friction may have ended them.
+const FEW_CYCLES: Kind = Kind {
+    zeta: [0.015, 0.05],
+    noise_deg: [0.02, 0.3],
+    strength: [1.5, 7.0],
+    beside_s: |wn_rad_s| 1.5 * TAU / wn_rad_s,
+};
 
 fn planted(laws: &[Law], seed: u64, kind: &Kind) -> Planted {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -73,7 +79,7 @@ fn planted(laws: &[Law], seed: u64, kind: &Kind) -> Planted {
     let mut state = [largest, 0.0];
     let (mut time_s, mut yaw_deg) = (Vec::new(), Vec::new());
     let (mut motion, mut maxima_s) = (Vec::new(), Vec::new());
-    let beside = (BESIDE_CYCLES * TAU / wn / STEP_S) as usize;
+    let beside = ((kind.beside_s)(wn) / STEP_S) as usize;
     let from_s = -(beside as f64) * STEP_S;
     for k in 0..(RECORDED_S / STEP_S) as usize + 2 * beside {
         let t = from_s + k as f64 * STEP_S;
@@ -180,12 +186,12 @@ fn inside(z: &[f64]) -> usize {
     z.iter().filter(|z| **z < 2.0).count()
 }
 
-/// Of 80 numbers 76 are within 2 u if these are true, give or take 2, and their median is 0.67 u, give or take 0.09.
+/// Of 80 numbers 76 are within 2 u if these are true, give or take 2, and their median is 0.67 u.
 #[test]
 fn means_over_a_window_hold_those_of_the_motion() {
     for z in off(&MANY_CYCLES) {
         assert!(inside(&z) >= 72, "{} of 80", inside(&z));
-        assert!((0.5..0.85).contains(&z[40]), "median {}", z[40]);
+        assert!((0.5..0.8).contains(&z[40]), "median {}", z[40]);
     }
 }
 
