@@ -12,6 +12,7 @@ pub mod browser;
 pub mod converter;
 pub mod desk;
 mod ended;
+pub mod firefox;
 pub mod line;
 pub mod networks;
 pub mod process;

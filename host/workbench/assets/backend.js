@@ -126,10 +126,11 @@ export async function keep() {
   if (keeps) try { await store.write(kept, changed, gone); } catch { keeps = false; unkept(); }
 }
 
-/** The session that was kept in this browser, where no other tab has it open. */
+/** The session that was kept in this browser, where no other tab has it open. Within another page, as a book's, each
+ * begins anew. */
 export async function begin() {
   // Held until this tab is closed.
-  keeps = await new Promise((resolve) => {
+  keeps = self === top && await new Promise((resolve) => {
     if (!navigator.locks) return resolve(true);
     navigator.locks.request("yawrig session", { ifAvailable: true }, (lock) => {
       resolve(!!lock);

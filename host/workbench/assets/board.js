@@ -7,7 +7,7 @@ import * as plug from "./plug.js";
 import * as points from "./points.js";
 import { by, download, post, send } from "./talk.js";
 
-const NONE = "This browser has no Web Serial, so that no page can speak to a board: open this page by https in Chromium, Chrome or Edge on a computer, or follow the board with the program (yawrig monitor).";
+const NONE = "This browser has no Web Serial, so that no page can speak to a board: open this page by https in Chromium, Chrome, Edge or Firefox of today on a computer, or follow the board with the program (yawrig monitor).";
 const CHOOSE = "Press Connect and choose the board's port. It is not reset, and nothing is written to it but the condition you set and the network you choose.";
 /** Between two attempts to add a release to the list while something else is under way, ms. */
 const AGAIN_MS = 1000;

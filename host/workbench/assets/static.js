@@ -48,9 +48,15 @@ async function show() {
   }
 }
 
+/** A file in the page's own folder. @param {string} name */
+async function beside(name) {
+  const answer = /^[^/\\]+$/.test(name) ? await fetch(encodeURIComponent(name)) : null;
+  return answer?.ok ? new File([await answer.blob()], name) : null;
+}
+
 function start() {
   onUnkept(() => {
-    by("nothing-sent").textContent = "Records are read and judged here, in this browser: nothing of them is sent anywhere. This page's session is gone once it is closed, since another tab keeps one or there is no room for it: press Save before.";
+    by("nothing-sent").textContent = "Records are read and judged here, in this browser: nothing of them is sent anywhere. This page's session is gone once it is closed, since it stands within another page, another tab keeps one, or there is no room for it: press Save before.";
   });
   const chosen = (/** @type {"open-file" | "open-folder"} */ id) => async () => {
     const files = [...by(id).files ?? []].map((file) => ({ file, name: file.webkitRelativePath || file.name }));
@@ -62,8 +68,9 @@ function start() {
   // Made anew with the list.
   by("release-list").addEventListener("click", async ({ target }) => {
     if (target !== by("example-button")) return;
-    try { await dropped.taken([{ name: EXAMPLE, file: new File([await (await fetch(EXAMPLE)).blob()], EXAMPLE) }], page.opened, page.failed); } catch (error) { page.failed(error); }
+    try { const file = await beside(EXAMPLE); if (file) await dropped.taken([{ name: EXAMPLE, file }], page.opened, page.failed); } catch (error) { page.failed(error); }
   });
+  page.beside(beside);
   by("folder-button").onclick = () => by("open-folder").click();
   by("save-button").onclick = () => { offer().catch(page.failed); };
   by("close-button").onclick = async () => {

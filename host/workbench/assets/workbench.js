@@ -48,7 +48,7 @@ function take(/** @type {State} */ now) {
   state = now;
   releases.draw(state, choose, failed);
   steps.draw(state, act);
-  if (seen.release === null && state.releases.length && !follow(address.read())) choose((state.releases.find((r) => !r.is_left_out) || state.releases[0]).id);
+  if (seen.release === null && !follow(address.read()) && state.releases.length) choose((state.releases.find((r) => !r.is_left_out) || state.releases[0]).id);
   drawHead(state);
   drawJob(state.job);
   const key = JSON.stringify([state.model, state.own, state.steps.length]);
@@ -139,9 +139,22 @@ function follow({ record, span, tab: name }) {
   if (record === null) return false;
   tab(TABS.find((tab) => tab === name) ?? TABS[0]);
   const release = state?.releases.find((r) => r.name === record);
-  if (!release) failed({ message: `the address is of ${record}, which is not in the list`, help: "open it (o)" });
-  if (release) choose(release.id, span);
+  if (release) choose(release.id, span); else fetched(record);
   return !!release;
+}
+
+/** What lies beside the page that needs no server. @type {(name: string) => Promise<File | null>} */
+let beside = async () => null;
+const /** @type {Set<string>} */ missed = new Set();
+/** Opens the record that an address names, where it lies beside the page. It is looked for once. @param {string} name */
+async function fetched(name) {
+  if (missed.has(name)) return;
+  missed.add(name);
+  try {
+    const file = await beside(name);
+    if (file) await dropped.taken([{ file, name }], opened, failed);
+    else failed({ message: `the address is of ${name}, which is not in the list`, help: "open it (o)" });
+  } catch (error) { failed(error); }
 }
 
 /** The address of what is looked at. */
@@ -319,4 +332,4 @@ function start() {
 start();
 
 /** What the page that needs no server adds to it. */
-export const page = { say, failed, opened, refresh: async () => { seen.release = null; address.forget(); await fetchState(); await panels.refresh(); } };
+export const page = { say, failed, opened, beside: (/** @type {typeof beside} */ has) => { beside = has; }, refresh: async () => { seen.release = null; address.forget(); await fetchState(); await panels.refresh(); } };

@@ -66,20 +66,22 @@ impl Served {
         self.folder.path().join("page")
     }
 
-    fn printed(&self, arguments: &str) -> String {
+    pub fn printed(&self, arguments: &str) -> String {
         yawrig(arguments).in_folder(self.folder.path()).run().exits(0).stdout
+    }
+
+    /// The text of a record.
+    pub fn read(&self, name: &str) -> String {
+        std::fs::read_to_string(self.folder.path().join(name)).expect(name)
     }
 
     /// Drops this record on the page.
     pub fn drop(&self, browser: &mut Browser, name: &str) {
-        let text = std::fs::read_to_string(self.folder.path().join(name)).expect(name);
-        dropped(browser, name, &text);
+        dropped(browser, name, &self.read(name));
     }
 
     fn drop_all(&self, browser: &mut Browser, names: &[&'static str]) {
-        let read = |name: &&'static str| {
-            (*name, std::fs::read_to_string(self.folder.path().join(name)).expect(name))
-        };
+        let read = |name: &&'static str| (*name, self.read(name));
         dropped_all(browser, &names.iter().map(read).collect::<Vec<_>>());
     }
 }
@@ -90,11 +92,16 @@ pub fn dropped(browser: &mut Browser, name: &str, text: &str) {
 
 /// Drops these files at once.
 fn dropped_all(browser: &mut Browser, files: &[(&str, String)]) {
+    browser.value(&dropping(files));
+}
+
+/// The script that drops these files at once.
+pub fn dropping(files: &[(&str, String)]) -> String {
     let files = serde_json::to_string(files).expect("texts");
-    browser.value(&format!(
+    format!(
         "(() => {{ const held = new DataTransfer(); for (const [name, text] of {files}) held.items.add(new File([text], name)); \
          document.dispatchEvent(new DragEvent('drop', {{ dataTransfer: held, bubbles: true, cancelable: true }})); return 1; }})()"
-    ));
+    )
 }
 
 /// Answers one request with the file of that name.
@@ -128,9 +135,12 @@ fn serve(mut stream: TcpStream, page: &Path, plug: Option<&Plug>) {
 
 /// What the page's worker prints of its `release`th record.
 pub fn printed(browser: &mut Browser, verb: &str, release: usize) -> Value {
-    browser.value(&format!(
-        "import('./talk.js').then(t => t.get('/api/printed', {{ verb: '{verb}', release: {release} }}))"
-    ))
+    browser.value(&printing(verb, release))
+}
+
+/// The script that asks for it.
+pub fn printing(verb: &str, release: usize) -> String {
+    format!("import('./talk.js').then(t => t.get('/api/printed', {{ verb: '{verb}', release: {release} }}))")
 }
 
 /// A file that the page holds.
@@ -190,14 +200,14 @@ fn the_worker_cannot_ask(served: &Served) {
     }
 }
 
-const IS_EMPTY: &str =
+pub const IS_EMPTY: &str =
     "document.querySelector('#verdict').textContent.startsWith('Drop the record')";
-const IS_IDLE: &str = "document.body.dataset.busy === undefined";
+pub const IS_IDLE: &str = "document.body.dataset.busy === undefined";
 /// Dry friction was found.
-const IS_FOUND: &str =
+pub const IS_FOUND: &str =
     "document.querySelector('#diagnosis').textContent.includes('explained by coulomb_friction')";
 
-fn steps_are(count: usize) -> String {
+pub fn steps_are(count: usize) -> String {
     format!("document.querySelectorAll('#steps button').length === {count}")
 }
 
